@@ -1,0 +1,40 @@
+#include "polestar/mesh/tri_mesh.h"
+
+namespace polestar {
+
+Box boundingBox(const TriMesh& mesh) {
+  Box box;
+  for (const Vec3& v : mesh.vertices) {
+    box.min = box.min.cwiseMin(v);
+    box.max = box.max.cwiseMax(v);
+  }
+  return box;
+}
+
+Vec3 areaVector(const TriMesh& mesh, std::size_t t) {
+  const Vec3& a = mesh.corner(t, 0);
+  return (mesh.corner(t, 1) - a).cross(mesh.corner(t, 2) - a);
+}
+
+double surfaceArea(const TriMesh& mesh) {
+  double twice = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) twice += areaVector(mesh, t).norm();
+  return 0.5 * twice;
+}
+
+VolumeProperties volumeProperties(const TriMesh& mesh) {
+  // About the box's center: a far-away mesh would otherwise lose its volume to cancellation.
+  const Box box = boundingBox(mesh);
+  const Vec3 origin = 0.5 * (box.min + box.max);
+  double volume = 0;
+  Vec3 moment = Vec3::Zero();
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vec3 a = mesh.corner(t, 0) - origin, b = mesh.corner(t, 1) - origin, c = mesh.corner(t, 2) - origin;
+    const double v = a.dot(b.cross(c)) / 6;
+    volume += v;
+    moment += v * (a + b + c) / 4;
+  }
+  return {volume, volume != 0 ? Vec3(origin + moment / volume) : origin};
+}
+
+}  // namespace polestar

@@ -1,0 +1,33 @@
+#pragma once
+// Meshes of others, found through the environment variable POLESTAR_MESHES (a folder with MANIFEST.tsv).
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace polestar::testing {
+
+/// The folder, or nothing when the variable is unset or empty.
+std::optional<std::filesystem::path> meshFolder();
+
+/// One line of MANIFEST.tsv.
+struct ManifestEntry {
+  std::filesystem::path path;
+  std::string star;  ///< "yes", "no", "open", "n/a", "borderline", "misoriented", ...
+  std::optional<double> marginRelative;
+  bool closed = false;
+  std::optional<int> genus;
+  int components = 0;
+  std::string note;
+};
+std::vector<ManifestEntry> manifest();
+
+}  // namespace polestar::testing
+
+/// Ends the test as skipped, visibly, when the folder is not there.
+#define POLESTAR_REQUIRE_MESHES()                                                                     \
+  if (!polestar::testing::meshFolder()) {                                                             \
+    GTEST_SKIP() << "set POLESTAR_MESHES to a folder of meshes with MANIFEST.tsv to run this test"; \
+  }                                                                                                   \
+  static_assert(true, "")
