@@ -87,6 +87,7 @@ openvdb::math::Transform::Ptr makeTransform(double scale, const Vec3& translatio
   openvdb::writeString(bytes, openvdb::math::UniformScaleTranslateMap::mapType());
   for (const Vec3d& part : {shift, forward, forward, inverse, inverse * inverse, inverse / 2})
     part.write(bytes);
+  openvdb::io::setCurrentVersion(bytes);
   const auto transform = std::make_shared<openvdb::math::Transform>();
   transform->read(bytes);
   return transform;
