@@ -371,8 +371,11 @@ std::size_t SolidGrids::leafCount(const std::string& vectorGrid) const {
 void SolidGrids::write(const std::filesystem::path& path) const {
   openvdb::GridCPtrVec grids;
   for (const auto& grid : impl_->grids) {
-    const auto copy = grid->copyGrid();  // shares the tree, has metadata of its own
+    // Shares the tree, has metadata of its own. (copyGrid() would round the transform.)
+    const auto copy =
+        std::const_pointer_cast<openvdb::GridBase>(grid->copyGridReplacingTransform(impl_->transform));
     for (const auto& [key, value] : impl_->metadata) copy->insertMeta(key, *toOpenVdb(value));
+    detail::addFileMetadata(*copy);
     grids.push_back(copy);
   }
   const auto cannotWrite = [&](const std::string& reason) {
