@@ -47,7 +47,8 @@ SphereMap conformalMap(const TriMesh& mesh, const ConformalOptions& options, Con
   std::vector<Vec3> radial(mesh.vertices.size());
   for (std::size_t i = 0; i < radial.size(); ++i) radial[i] = mesh.vertices[i].normalized();
 
-  // From the radial map, of degree one and covariant with rotations, down to the harmonic map, which is conformal.
+  // From the radial map, of degree one and covariant with rotations, down to the harmonic map, which is
+  // conformal.
   std::vector<Vec3> directions = radial;
   centerByMoebius(directions, areas);
   try {
@@ -55,8 +56,8 @@ SphereMap conformalMap(const TriMesh& mesh, const ConformalOptions& options, Con
     const DescentResult descent =
         descendOnSpheres(energy, directions, {options.maxIterations, options.tolerance}, context);
     context.log(LogLevel::debug, "conformal sphere map: " + std::to_string(descent.iterations) +
-                                     " iterations, energy " + std::to_string(descent.energy) + ", remaining step " +
-                                     std::to_string(descent.remaining));
+                                     " iterations, energy " + std::to_string(descent.energy) +
+                                     ", remaining step " + std::to_string(descent.remaining));
     if (!descent.converged) {
       return fallback(mesh,
                       "the conformal map did not converge in " + std::to_string(descent.iterations) +

@@ -11,8 +11,9 @@ namespace {
 constexpr std::size_t kChunk = 2048;
 
 std::vector<double> preconditionerShift(const std::vector<double>& massShares) {
-  // On the sphere the Hessian is about L - 2 m (m the area of the image of a vertex), with the conformal maps as its
-  // null space. A small positive multiple keeps the smooth fields close to right and the matrix definite.
+  // On the sphere the Hessian is about L - 2 m (m the area of the image of a vertex), with the conformal maps
+  // as its null space. A small positive multiple keeps the smooth fields close to right and the matrix
+  // definite.
   std::vector<double> shift(massShares.size());
   for (std::size_t i = 0; i < shift.size(); ++i) shift[i] = 4 * std::numbers::pi * massShares[i];
   return shift;
@@ -53,7 +54,8 @@ double DirichletEnergy::evaluate(std::span<const Vec3> points, std::span<Vec3> g
       });
   if (!gradient.empty()) {
     parallelChunks(points.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) gradient[i] += 2 * kCenterPenalty * massShares_[i] * sums.center;
+      for (std::size_t i = begin; i < end; ++i)
+        gradient[i] += 2 * kCenterPenalty * massShares_[i] * sums.center;
     });
   }
   return sums.energy + kCenterPenalty * sums.center.squaredNorm();

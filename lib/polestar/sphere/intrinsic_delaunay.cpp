@@ -1,4 +1,5 @@
-// Flips an intrinsic triangulation (edge lengths, no positions) until every edge is Delaunay, then reads off cotangents.
+// Flips an intrinsic triangulation (edge lengths, no positions) until every edge is Delaunay, then reads off
+// cotangents.
 
 #include <algorithm>
 #include <array>
@@ -24,8 +25,9 @@ double doubleArea(double a, double b, double c) {
   return 0.5 * std::sqrt(std::max(0.0, (a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c))));
 }
 
-/// Half-edge h = 3 t + k runs from corner k of triangle t to the next one. Two half-edges of one triangle may be twins
-/// and two vertices may share several edges: intrinsic triangulations need not be simplicial complexes.
+/// Half-edge h = 3 t + k runs from corner k of triangle t to the next one. Two half-edges of one triangle may
+/// be twins and two vertices may share several edges: intrinsic triangulations need not be simplicial
+/// complexes.
 class IntrinsicTriangulation {
  public:
   explicit IntrinsicTriangulation(const TriMesh& mesh) {
@@ -48,7 +50,8 @@ class IntrinsicTriangulation {
       if (!queued[h]) queue.push_back(h), queued[h] = 1;
     };
     for (std::int32_t h = static_cast<std::int32_t>(origin_.size()) - 1; h >= 0; --h) push(h);
-    // Flipping ends in exact arithmetic; the bound keeps rounding from cycling. What is left then only costs accuracy.
+    // Flipping ends in exact arithmetic; the bound keeps rounding from cycling. What is left then only costs
+    // accuracy.
     for (std::size_t flipsLeft = 100 * origin_.size(); !queue.empty() && flipsLeft > 0;) {
       const std::int32_t h = queue.back();
       queue.pop_back();
@@ -132,7 +135,8 @@ class IntrinsicTriangulation {
     const std::int32_t jk = next(h), ki = next(jk), im = next(g), mj = next(im);
     const double l = length_[h];
     auto apex = [l](double fromI, double fromJ) {
-      return std::pair{(l * l + (fromI - fromJ) * (fromI + fromJ)) / (2 * l), doubleArea(l, fromI, fromJ) / l};
+      return std::pair{(l * l + (fromI - fromJ) * (fromI + fromJ)) / (2 * l),
+                       doubleArea(l, fromI, fromJ) / l};
     };
     const auto [kx, ky] = apex(length_[ki], length_[jk]);
     const auto [mx, my] = apex(length_[im], length_[mj]);

@@ -17,7 +17,8 @@ ShiftedLaplacian::ShiftedLaplacian(const Laplacian& laplacian, std::span<const d
   lower.reserve(perColumn);
   for (Eigen::Index i = 0; i < n; ++i) {
     double diagonal = shift[i];
-    for (std::size_t e = laplacian.rowStart[i]; e < laplacian.rowStart[i + 1]; ++e) diagonal += laplacian.weight[e];
+    for (std::size_t e = laplacian.rowStart[i]; e < laplacian.rowStart[i + 1]; ++e)
+      diagonal += laplacian.weight[e];
     lower.insert(i, i) = diagonal;
     for (std::size_t e = laplacian.rowStart[i]; e < laplacian.rowStart[i + 1]; ++e) {
       if (laplacian.column[e] > i) lower.insert(laplacian.column[e], i) = -laplacian.weight[e];
@@ -27,8 +28,9 @@ ShiftedLaplacian::ShiftedLaplacian(const Laplacian& laplacian, std::span<const d
 
   const Eigen::SimplicialLDLT<Matrix, Eigen::Lower> factorization(lower);
   if (factorization.info() != Eigen::Success || !(factorization.vectorD().minCoeff() > 0)) {
-    throw Error(Errc::notConverged,
-                "the surface's Laplacian cannot be factorized (triangles of no area?); remesh or repair the surface");
+    throw Error(
+        Errc::notConverged,
+        "the surface's Laplacian cannot be factorized (triangles of no area?); remesh or repair the surface");
   }
   const auto& factor = factorization.matrixL().nestedExpression();
   columnStart_.reserve(n + 1);

@@ -78,8 +78,8 @@ Field quasiNewtonDirection(const SphereEnergy& energy, const std::deque<Pair>& h
 
 }  // namespace
 
-DescentResult descendOnSpheres(const SphereEnergy& energy, std::vector<Vec3>& points, const DescentOptions& options,
-                               const Context& context) {
+DescentResult descendOnSpheres(const SphereEnergy& energy, std::vector<Vec3>& points,
+                               const DescentOptions& options, const Context& context) {
   const std::size_t n = points.size();
   DescentResult result;
   Field gradient(n), trial(n), trialGradient(n);

@@ -28,7 +28,8 @@ Mat3 bestRotation(std::span<const Vec3> from, std::span<const Vec3> to, std::spa
   Mat3 covariance = Mat3::Zero();
   for (std::size_t i = 0; i < from.size(); ++i) covariance += weight[i] * to[i] * from[i].transpose();
   const Eigen::JacobiSVD<Mat3> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  // A reflection may fit better; the rotation that fits best then gives up the weakest direction. [Kabsch 1976]
+  // A reflection may fit better; the rotation that fits best then gives up the weakest direction. [Kabsch
+  // 1976]
   Vec3 sign = Vec3::Ones();
   sign[2] = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
   return svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();

@@ -16,7 +16,8 @@ constexpr std::size_t kChunk = 4096;
 
 }  // namespace
 
-std::vector<std::int32_t> flippedTriangles(std::span<const Vec3> directions, const std::vector<Triangle>& triangles) {
+std::vector<std::int32_t> flippedTriangles(std::span<const Vec3> directions,
+                                           const std::vector<Triangle>& triangles) {
   using Ids = std::vector<std::int32_t>;
   return reduceChunks(
       triangles.size(), kChunk, Ids{},
@@ -42,7 +43,8 @@ int sphereDegree(std::span<const Vec3> directions, const std::vector<Triangle>& 
       [&](std::size_t begin, std::size_t end) {
         double sum = 0;
         for (std::size_t t = begin; t < end; ++t) {
-          const Vec3 &a = directions[triangles[t][0]], &b = directions[triangles[t][1]], &c = directions[triangles[t][2]];
+          const Vec3 &a = directions[triangles[t][0]], &b = directions[triangles[t][1]],
+                     &c = directions[triangles[t][2]];
           // [van Oosterom, Strackee 1983]
           sum += 2 * std::atan2(a.dot(b.cross(c)), 1 + a.dot(b) + b.dot(c) + c.dot(a));
         }

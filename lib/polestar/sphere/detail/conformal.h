@@ -1,5 +1,6 @@
 #pragma once
-// The conformal map without the proof: what conformalSphereMap does, on any mesh that is star-shaped about the origin.
+// The conformal map without the proof: what conformalSphereMap does, on any mesh that is star-shaped about
+// the origin.
 
 #include "polestar/sphere/sphere_map.h"
 

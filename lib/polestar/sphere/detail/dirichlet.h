@@ -11,8 +11,9 @@ namespace polestar::detail {
 
 /// 1/4 sum_ij w_ij |s_i - s_j|^2 + kCenterPenalty |sum_i m_i s_i|^2, m the vertices' shares of the area.
 ///
-/// The first term is 4 pi for a conformal map, up to the triangles' size, and would fall to 0 for a map that shrinks
-/// to a point; the penalty excludes that and the Moebius maps on the way there. [Gu et al. 2004, mass-center condition]
+/// The first term is 4 pi for a conformal map, up to the triangles' size, and would fall to 0 for a map that
+/// shrinks to a point; the penalty excludes that and the Moebius maps on the way there. [Gu et al. 2004,
+/// mass-center condition]
 class DirichletEnergy final : public SphereEnergy {
  public:
   /// Factorizes the preconditioner.

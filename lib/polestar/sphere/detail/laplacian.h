@@ -20,10 +20,11 @@ struct Laplacian {
 
 /// Cotangent Laplacian of the intrinsic Delaunay triangulation of a closed manifold mesh.
 ///
-/// The weights are never negative and depend on the polyhedron alone, not on how its flat parts are triangulated; an
-/// edge that could be flipped either way has weight zero, so rounding of the vertices moves the weights only by
-/// rounding. Triangles of (nearly) no area are first given some by adding one tiny length to every edge.
-/// Cost O(n) in practice. [Bobenko, Springborn 2007; Sharp, Crane 2020, "intrinsic mollification"]
+/// The weights are never negative and depend on the polyhedron alone, not on how its flat parts are
+/// triangulated; an edge that could be flipped either way has weight zero, so rounding of the vertices moves
+/// the weights only by rounding. Triangles of (nearly) no area are first given some by adding one tiny length
+/// to every edge. Cost O(n) in practice. [Bobenko, Springborn 2007; Sharp, Crane 2020, "intrinsic
+/// mollification"]
 Laplacian intrinsicDelaunayLaplacian(const TriMesh& mesh);
 
 /// A third of the area of each vertex's triangles, in units of the surface's area: sums to 1.

@@ -1,5 +1,6 @@
 #pragma once
-// Factorized L + D, L a graph Laplacian and D a positive diagonal: the preconditioner of every descent on the sphere.
+// Factorized L + D, L a graph Laplacian and D a positive diagonal: the preconditioner of every descent on the
+// sphere.
 
 #include <cstdint>
 #include <span>

@@ -12,13 +12,15 @@
 namespace polestar::detail {
 
 /// Indices of the triangles whose images are not positively oriented, ascending; exact.
-std::vector<std::int32_t> flippedTriangles(std::span<const Vec3> directions, const std::vector<Triangle>& triangles);
+std::vector<std::int32_t> flippedTriangles(std::span<const Vec3> directions,
+                                           const std::vector<Triangle>& triangles);
 
-/// How often the image covers the sphere, from the signed solid angles. With no flips, degree 1 means one to one.
+/// How often the image covers the sphere, from the signed solid angles. With no flips, degree 1 means one to
+/// one.
 int sphereDegree(std::span<const Vec3> directions, const std::vector<Triangle>& triangles);
 
-/// Quasi-conformal dilatation sigma_1 / sigma_2 >= 1 of the linear map between two triangles; infinite when either
-/// has no area.
+/// Quasi-conformal dilatation sigma_1 / sigma_2 >= 1 of the linear map between two triangles; infinite when
+/// either has no area.
 double dilatation(const std::array<Vec3, 3>& from, const std::array<Vec3, 3>& to);
 
 struct Distortion {
