@@ -91,11 +91,10 @@ int countWindings(const TriMesh& inner) {
 ExactVerdict judgeCenter(const TriMesh& mesh, const Vec3& center, double unit, const Context& context) {
   ExactVerdict verdict;
   verdict.frame.origin = center;
-  moveToInner(mesh, verdict);
-
   // The given coordinates decide; scaled by a power of two, which changes no sign and keeps tiny meshes from
   // underflow.
-  const double scale = std::exp2(-std::ceil(std::log2(verdict.frame.unit)));
+  const double scale = 1 / unit;
+  moveToInner(mesh, scale, verdict);
   const Vec3 scaledCenter = scale * center;
   const std::size_t count = mesh.triangles.size();
   std::vector<std::vector<std::int32_t>> badInChunk((count + kChunk - 1) / kChunk);
