@@ -12,6 +12,7 @@
 #include "polestar/mesh/read_mesh.h"
 #include "polestar/mesh/repair.h"
 #include "polestar/mesh/shapes.h"
+#include "polestar/star/detail/inspection.h"
 #include "star/bodies.h"
 #include "support/exact.h"
 #include "support/meshes.h"
@@ -79,6 +80,22 @@ TEST(StarShape, ModelsGetTheVerdictAndMarginOfTheManifest) {
   }
   EXPECT_GE(yes, 25);
   EXPECT_GE(no, 5);
+}
+
+TEST(StarShape, MarginsOfClosedSurfacesThatAreNoSpheres) {
+  POLESTAR_REQUIRE_MESHES();
+  // Never a ClosedSurface, but the margin is defined all the same and the manifest knows it.
+  int count = 0;
+  for (const testing::ManifestEntry& entry : testing::manifest()) {
+    const bool sphere = entry.components == 1 && entry.genus.value_or(0) == 0;
+    if (!entry.closed || sphere || entry.star != "no" || !entry.marginRelative) continue;
+    SCOPED_TRACE(entry.path.filename());
+    const StarReport report = detail::inspectMesh(readMesh(entry.path).mesh, {}, Context::quiet()).report;
+    EXPECT_FALSE(report.star);
+    EXPECT_NEAR(report.marginRelative, *entry.marginRelative, 1e-4);
+    ++count;
+  }
+  EXPECT_GE(count, 4);
 }
 
 TEST(StarShape, ModelsAreStarShapedByRationalArithmeticToo) {
