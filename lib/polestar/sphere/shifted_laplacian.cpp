@@ -30,7 +30,6 @@ ShiftedLaplacian::ShiftedLaplacian(const Laplacian& laplacian, std::span<const d
   if (factorization.info() != Eigen::Success || !(factorization.vectorD().minCoeff() > 0)) {
     throw Error(Errc::notConverged,
                 "a Laplacian is not positive definite to rounding (triangles of nearly no area)");
-    remesh or repair the surface ");
   }
   const auto& factor = factorization.matrixL().nestedExpression();
   columnStart_.reserve(n + 1);
