@@ -67,31 +67,6 @@ void GreenOptions::validate() const {
   if (neighbours < 1) throw Error(Errc::usage, "GreenOptions: neighbours must be positive");
 }
 
-GreenFunction::GreenFunction(StarShape shape, std::shared_ptr<const HarmonicField> field, std::vector<double> density,
-                             GreenSummary summary, Context& context) {
-  auto data = std::make_shared<Data>(Data{std::move(shape), std::move(field), std::move(density), std::move(summary)});
-  const TriMesh& mesh = data->shape.mesh();
-
-  const Vec3 center = Vec3::Zero();
-  double h;
-  Vec3 gradient;
-  data->field->evaluate({&center, 1}, {&h, 1}, {&gradient, 1});
-  data->harmonicRadius = -1 / h;
-
-  double area = 0, wrong = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const double third = areaVector(mesh, t).norm() / 6;
-    for (const std::int32_t v : mesh.triangles[t]) {
-      data->charge += third * data->density[v];
-      area += third;
-      if (!(data->density[v] < 0)) wrong += third;
-    }
-  }
-  data->wrongSignArea = wrong / area;
-  data->boundaryError = measureBoundary(mesh, *data->field, data->harmonicRadius, context);
-  data_ = std::move(data);
-}
-
 void GreenFunction::evaluate(std::span<const Vec3> points, std::span<double> green, std::span<Vec3> gradient) const {
   field().evaluate(points, green, gradient);
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -112,10 +87,35 @@ double GreenFunction::ballRadius(double green) const {
 
 GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options, Context& context) {
   options.validate();
+  const TriMesh& mesh = shape.mesh();
+  auto quadrature = std::make_shared<const detail::LayerQuadrature>(mesh);
+  detail::LayerSolution solution = detail::solveLayer(mesh, *quadrature, options, context);
+  const detail::LayerField field(quadrature, solution.density);
+
+  GreenRecord record;
+  record.summary = std::move(solution.summary);
+  const Vec3 center = Vec3::Zero();
+  double h;
+  Vec3 gradient;
+  field.evaluate({&center, 1}, {&h, 1}, {&gradient, 1});
+  record.harmonicRadius = -1 / h;
+  const std::vector<double> area = vertexAreas(mesh);
+  double total = 0;
+  for (std::size_t i = 0; i < area.size(); ++i) {
+    record.charge += area[i] * solution.density[i];
+    total += area[i];
+    if (!(solution.density[i] < 0)) record.wrongSignArea += area[i];
+  }
+  record.wrongSignArea /= total;
+  record.boundaryError = measureBoundary(mesh, field, record.harmonicRadius, context);
+  return restoreGreen(shape, std::move(solution.density), std::move(record));
+}
+
+GreenFunction restoreGreen(StarShape shape, std::vector<double> density, GreenRecord record) {
   auto quadrature = std::make_shared<const detail::LayerQuadrature>(shape.mesh());
-  detail::LayerSolution solution = detail::solveLayer(shape.mesh(), *quadrature, options, context);
-  auto field = std::make_shared<const detail::LayerField>(quadrature, solution.density);
-  return GreenFunction(shape, field, std::move(solution.density), std::move(solution.summary), context);
+  auto field = std::make_shared<const detail::LayerField>(quadrature, density);
+  return GreenFunction(std::make_shared<const GreenFunction::Data>(
+      GreenFunction::Data{std::move(shape), std::move(field), std::move(density), std::move(record)}));
 }
 
 }  // namespace polestar
