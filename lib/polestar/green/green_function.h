@@ -44,30 +44,33 @@ struct GreenOptions {
 struct GreenSummary {
   std::string solver;  ///< "layer"
   int iterations = 0;
-  double residual = 0;                   ///< relative, at the end
+  double residual = 0;  ///< relative, at the end
   std::vector<double> residualHistory;
   double seconds = 0;
+};
+
+/// What was measured of a solved Green's function. Lengths in the inner unit.
+struct GreenRecord {
+  double harmonicRadius = 0;
+  /// Total charge of the layer: -1 for the exact solution.
+  double charge = 0;
+  /// Share of the surface's area around vertices whose density has the wrong sign: there G has run out of digits.
+  double wrongSignArea = 0;
+  BoundaryError boundaryError;
+  GreenSummary summary;
 };
 
 /// Cheap to copy. All lengths in the inner unit.
 class GreenFunction {
  public:
-  /// Wraps a field that vanishes with 1/|x| on the surface, measures its boundary error and harmonic radius.
-  /// For solvers; users call solveGreen.
-  GreenFunction(StarShape shape, std::shared_ptr<const HarmonicField> field, std::vector<double> density,
-                GreenSummary summary, Context& context);
-
   const StarShape& shape() const { return data_->shape; }
   const HarmonicField& field() const { return *data_->field; }
-  double harmonicRadius() const { return data_->harmonicRadius; }
-  const BoundaryError& boundaryError() const { return data_->boundaryError; }
-  /// Total charge of the layer: -1 for the exact solution.
-  double charge() const { return data_->charge; }
   /// Single-layer density at the vertices, per unit area; -density is the density of harmonic measure, so positive.
   std::span<const double> density() const { return data_->density; }
-  /// Share of the surface's area around vertices whose density has the wrong sign: there G has run out of digits.
-  double wrongSignArea() const { return data_->wrongSignArea; }
-  const GreenSummary& summary() const { return data_->summary; }
+  const GreenRecord& record() const { return data_->record; }
+  double harmonicRadius() const { return data_->record.harmonicRadius; }
+  const BoundaryError& boundaryError() const { return data_->record.boundaryError; }
+  double charge() const { return data_->record.charge; }
 
   /// G and grad G. At the center G is +infinity and the gradient NaN.
   void evaluate(std::span<const Vec3> points, std::span<double> green, std::span<Vec3> gradient) const;
@@ -80,10 +83,10 @@ class GreenFunction {
     StarShape shape;
     std::shared_ptr<const HarmonicField> field;
     std::vector<double> density;
-    GreenSummary summary;
-    double harmonicRadius = 0, charge = 0, wrongSignArea = 0;
-    BoundaryError boundaryError;
+    GreenRecord record;
   };
+  friend GreenFunction restoreGreen(StarShape, std::vector<double>, GreenRecord);
+  explicit GreenFunction(std::shared_ptr<const Data> data) : data_(std::move(data)) {}
   std::shared_ptr<const Data> data_;
 };
 
@@ -94,5 +97,8 @@ class GreenFunction {
 /// Direct sums: time O(n^2) per iteration (10k vertices: about 0.5 s on two cores), memory O(n).
 /// @throws Error{Errc::notConverged} with the residual history when GMRES does not reach `options.tolerance`.
 GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options = {}, Context& context = Context::quiet());
+
+/// The Green's function of a density that was solved before, as a map file keeps it. Nothing is measured again.
+GreenFunction restoreGreen(StarShape shape, std::vector<double> density, GreenRecord record);
 
 }  // namespace polestar
