@@ -82,7 +82,7 @@ class GreenFunction {
     std::vector<double> density;
     GreenSummary summary;
     double harmonicRadius = 0, charge = 0, wrongSignArea = 0;
-    BoundaryError boundaryError;
+    BoundaryError boundaryError{};
   };
   std::shared_ptr<const Data> data_;
 };
