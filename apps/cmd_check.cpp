@@ -1,5 +1,6 @@
 // polestar check: is this mesh a star-shaped solid, where is its center, and if not, what stands in the way?
 
+#include "cli/dry_run.h"
 #include "cli/solid_input.h"
 #include "cli/text.h"
 #include "commands.h"
@@ -28,7 +29,7 @@ class CheckCommand final : public Command {
     session.addInput(mesh_);
     session.sendAnswerToOutput();
     if (session.options().dryRun) {
-      describeInput(mesh_, session);
+      describePlan(session);
       return;
     }
     inspectSolid(mesh_, star_, session);

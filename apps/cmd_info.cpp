@@ -6,6 +6,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "cli/dry_run.h"
 #include "cli/outputs.h"
 #include "cli/solid_input.h"
 #include "cli/text.h"
@@ -33,7 +34,8 @@ bool isVdb(const fs::path& path) {
 std::string indexBox(const GridInfo& grid) {
   std::string text;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    text += (axis ? " x " : "") + std::to_string(grid.indexMin[axis]) + ".." + std::to_string(grid.indexMax[axis]);
+    text += (axis ? " x " : "") + std::to_string(grid.indexMin[axis]) + ".." +
+            std::to_string(grid.indexMax[axis]);
   }
   return text;
 }
@@ -83,11 +85,12 @@ void describeGrids(const fs::path& path, Session& session) {
   const std::vector<GridInfo> grids = session.timed("load", [&] { return readGridInfo(path); });
   session.json()["file"] = {{"format", "vdb"}, {"bytes", fs::file_size(path)}};
   Json& list = session.json()["grids"] = Json::array();
-  std::vector<std::vector<std::string>> rows{{"grid", "type", "class", "active voxels", "voxel", "memory", "index box"}};
+  std::vector<std::vector<std::string>> rows{
+      {"grid", "type", "class", "active voxels", "voxel", "memory", "index box"}};
   for (const GridInfo& grid : grids) {
     list.push_back(toJson(grid));
-    rows.push_back({grid.name, grid.valueType, grid.gridClass, grouped(grid.activeVoxels), shortNumber(grid.voxelSize),
-                    byteSize(grid.memoryBytes), indexBox(grid)});
+    rows.push_back({grid.name, grid.valueType, grid.gridClass, grouped(grid.activeVoxels),
+                    shortNumber(grid.voxelSize), byteSize(grid.memoryBytes), indexBox(grid)});
   }
   session.text() = path.filename().string() + ": " + counted(grids.size(), "grid", "grids") + ", " +
                    byteSize(fs::file_size(path)) + "\n\n" + table(rows, {3, 4, 5}) + metadataText(grids);
@@ -105,8 +108,10 @@ void describeMesh(const fs::path& path, Session& session) {
                             {"diagonal", box.diagonal()},
                             {"area", area}};
   std::string faces = counted(file.mesh.triangles.size(), "triangle", "triangles");
-  if (file.polygons > 0) faces += " (from " + counted(file.polygons, "polygon", "polygons") + " and triangles)";
-  session.text() = path.filename().string() + ": mesh, " + file.format + ", " + byteSize(fs::file_size(path)) + "\n" +
+  if (file.polygons > 0)
+    faces += " (from " + counted(file.polygons, "polygon", "polygons") + " and triangles)";
+  session.text() = path.filename().string() + ": mesh, " + file.format + ", " +
+                   byteSize(fs::file_size(path)) + "\n" +
                    table({{"counts", counted(file.mesh.vertices.size(), "vertex", "vertices") + ", " + faces},
                           {"box", shortPoint(box.min) + "  to  " + shortPoint(box.max)},
                           {"diagonal", shortNumber(box.diagonal())},
@@ -129,7 +134,7 @@ class InfoCommand final : public Command {
     session.addInput(file_);
     session.sendAnswerToOutput();
     if (session.options().dryRun) {
-      describeInput(file_, session);
+      describePlan(session);
     } else if (isVdb(file_)) {
       describeGrids(file_, session);
     } else {

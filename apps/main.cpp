@@ -1,4 +1,5 @@
-// polestar: the command-line tool. Every subcommand lives in its own cmd_<name>.cpp; what they share is in cli/.
+// polestar: the command-line tool. Every subcommand lives in its own cmd_<name>.cpp; what they share is in
+// cli/.
 
 #include "commands.h"
 

@@ -27,7 +27,8 @@ int runSession(Command& command, Session& session) {
     return session.finish();
   } catch (const std::exception& exception) {
     // An interrupted read or write may come up as another error.
-    if (session.context().cancelled()) return session.fail(failureFor(Errc::cancelled), "cancelled; nothing was written");
+    if (session.context().cancelled())
+      return session.fail(failureFor(Errc::cancelled), "cancelled; nothing was written");
     if (const auto* error = dynamic_cast<const Error*>(&exception)) {
       return session.fail(failureFor(error->code()), error->what());
     }
@@ -80,7 +81,8 @@ int runCommandLine(const std::vector<std::unique_ptr<Command>>& commands, int ar
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
     return reportUsage(app, error, argc, argv);
   }
-  const auto chosen = std::find_if(parsers.begin(), parsers.end(), [](CLI::App* parser) { return parser->parsed(); });
+  const auto chosen =
+      std::find_if(parsers.begin(), parsers.end(), [](CLI::App* parser) { return parser->parsed(); });
   Command& command = *commands[static_cast<std::size_t>(chosen - parsers.begin())];
   Session session(command.description().name, common);
   return runSession(command, session);

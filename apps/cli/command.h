@@ -12,9 +12,9 @@ class Command {
  public:
   struct Description {
     std::string name;
-    std::string summary;     ///< one line, for the list of commands
-    std::string output;      ///< what -o means here
-    std::string example;     ///< ends the help
+    std::string summary;  ///< one line, for the list of commands
+    std::string output;   ///< what -o means here
+    std::string example;  ///< ends the help
   };
 
   virtual ~Command() = default;

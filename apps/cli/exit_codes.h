@@ -15,12 +15,18 @@ inline constexpr Failure kInternalError{1, "internal"};  ///< a mistake of ours,
 
 constexpr Failure failureFor(Errc code) {
   switch (code) {
-    case Errc::usage: return {2, "usage"};
-    case Errc::io: return {3, "io"};
-    case Errc::invalidSurface: return {4, "invalid_surface"};
-    case Errc::notStarShaped: return {5, "not_star_shaped"};
-    case Errc::notConverged: return {6, "not_converged"};
-    case Errc::cancelled: return {130, "cancelled"};
+    case Errc::usage:
+      return {2, "usage"};
+    case Errc::io:
+      return {3, "io"};
+    case Errc::invalidSurface:
+      return {4, "invalid_surface"};
+    case Errc::notStarShaped:
+      return {5, "not_star_shaped"};
+    case Errc::notConverged:
+      return {6, "not_converged"};
+    case Errc::cancelled:
+      return {130, "cancelled"};
   }
   return kInternalError;
 }

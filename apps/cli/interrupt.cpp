@@ -36,7 +36,8 @@ InterruptGuard::InterruptGuard(Context& context) {
 InterruptGuard::~InterruptGuard() {
   for (const int signal : kSignals) {
     struct sigaction current {};
-    if (sigaction(signal, nullptr, &current) == 0 && current.sa_handler == cancelContext) std::signal(signal, SIG_DFL);
+    if (sigaction(signal, nullptr, &current) == 0 && current.sa_handler == cancelContext)
+      std::signal(signal, SIG_DFL);
   }
   interruptedContext.store(nullptr);
 }

@@ -27,7 +27,8 @@ void addCommonOptions(CLI::App& app, CommonOptions& options, const std::string& 
 void addCenterOption(CLI::App& app, std::optional<Vec3>& center);
 
 /// Adds an option whose value is a point or vector "x,y,z".
-CLI::Option* addPointOption(CLI::App& app, const std::string& name, std::optional<Vec3>& value, const std::string& help);
+CLI::Option* addPointOption(CLI::App& app, const std::string& name, std::optional<Vec3>& value,
+                            const std::string& help);
 
 /// $SLURM_CPUS_PER_TASK where it is a positive number, else the cores that this process may use.
 int defaultThreads();

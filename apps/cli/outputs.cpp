@@ -26,16 +26,20 @@ void checkOutput(const fs::path& path, bool overwrite, const std::vector<fs::pat
   if (isStandardStream(path)) return;
   const std::string name = path.string();
   if (name.front() == '-') {
-    throw Error(Errc::usage, "the output name " + name + " looks like an option; write ./" + name + " if it is meant");
+    throw Error(Errc::usage,
+                "the output name " + name + " looks like an option; write ./" + name + " if it is meant");
   }
   std::error_code error;
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   if (!fs::is_directory(folder, error)) {
-    throw Error(Errc::io, "cannot write " + name + ": there is no folder " + folder.string() + "; make it first");
+    throw Error(Errc::io,
+                "cannot write " + name + ": there is no folder " + folder.string() + "; make it first");
   }
-  if (fs::is_directory(path, error)) throw Error(Errc::io, "cannot write " + name + ": it is a folder; add a file name");
+  if (fs::is_directory(path, error))
+    throw Error(Errc::io, "cannot write " + name + ": it is a folder; add a file name");
   if (access(folder.c_str(), W_OK | X_OK) != 0) {
-    throw Error(Errc::io, "cannot write " + name + ": " + std::strerror(errno) + "; choose another folder with -o");
+    throw Error(Errc::io,
+                "cannot write " + name + ": " + std::strerror(errno) + "; choose another folder with -o");
   }
   for (const fs::path& input : inputs) {
     if (fs::equivalent(path, input, error)) {
@@ -43,7 +47,8 @@ void checkOutput(const fs::path& path, bool overwrite, const std::vector<fs::pat
     }
   }
   if (!overwrite && fs::exists(fs::symlink_status(path, error))) {
-    throw Error(Errc::io, name + " exists already; choose another name with -o, or add --overwrite to replace it");
+    throw Error(Errc::io,
+                name + " exists already; choose another name with -o, or add --overwrite to replace it");
   }
 }
 

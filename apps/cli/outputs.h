@@ -9,10 +9,11 @@ namespace polestar::cli {
 /// "-" stands for standard output (or input).
 bool isStandardStream(const std::filesystem::path& path);
 
-/// Whether `path` could be written at the end: its folder exists and may be written, it is no folder itself, and it does not
-/// exist yet, or may be replaced (`overwrite`) and is none of the inputs.
+/// Whether `path` could be written at the end: its folder exists and may be written, it is no folder itself,
+/// and it does not exist yet, or may be replaced (`overwrite`) and is none of the inputs.
 /// @throws Error{Errc::io}, or Error{Errc::usage} for a name that looks like an option.
-void checkOutput(const std::filesystem::path& path, bool overwrite, const std::vector<std::filesystem::path>& inputs);
+void checkOutput(const std::filesystem::path& path, bool overwrite,
+                 const std::vector<std::filesystem::path>& inputs);
 
 /// Removes files that a failed or cancelled command made before it came to its end.
 class OutputGuard {

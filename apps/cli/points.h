@@ -11,10 +11,11 @@
 
 namespace polestar::cli {
 
-/// One point a line: three numbers, separated by blanks or commas. Empty lines and lines that start with # are skipped.
-/// `name` is for messages.
+/// One point a line: three numbers, separated by blanks or commas. Empty lines and lines that start with #
+/// are skipped. `name` is for messages.
 /// @throws Error{Errc::io} with the line's number and text; Error{Errc::cancelled}.
-std::vector<Vec3> parsePoints(std::istream& in, const std::string& name, const Context& context = Context::quiet());
+std::vector<Vec3> parsePoints(std::istream& in, const std::string& name,
+                              const Context& context = Context::quiet());
 
 /// parsePoints on a file, or on standard input for "-".
 std::vector<Vec3> readPoints(const std::filesystem::path& path, const Context& context);

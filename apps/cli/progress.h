@@ -1,6 +1,6 @@
 #pragma once
-// What a long computation shows on standard error: a bar with rate and time left on a terminal, a plain line every few
-// seconds elsewhere (farm logs), and the log lines between them.
+// What a long computation shows on standard error: a bar with rate and time left on a terminal, a plain line
+// every few seconds elsewhere (farm logs), and the log lines between them.
 
 #include <chrono>
 #include <mutex>

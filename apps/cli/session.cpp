@@ -19,16 +19,20 @@ std::string prefixFor(const std::string& command) {
 }
 
 /// One line. File names need not be UTF-8, JSON must be.
-std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n"; }
+std::string dumped(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
 
 void writeStandardOutput(std::string_view text) {
-  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
-  if (!written) throw Error(Errc::io, "cannot write to standard output; is the disk full or the pipe closed?");
+  const bool written =
+      std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
+  if (!written)
+    throw Error(Errc::io, "cannot write to standard output; is the disk full or the pipe closed?");
 }
 
 /// The members that every object of schema "polestar/1" starts with.
 Json envelope(const std::string& command, int threads) {
-  return {{"schema", "polestar/1"},   {"version", kVersion}, {"command", command},
+  return {{"schema", "polestar/1"},  {"version", kVersion}, {"command", command},
           {"inputs", Json::array()}, {"threads", threads},  {"units", "mesh"}};
 }
 

@@ -32,7 +32,8 @@ class Session {
   void addInput(const std::filesystem::path& path);
   const std::vector<std::filesystem::path>& inputs() const { return inputs_; }
 
-  /// The answer as members of the JSON object. Fill it before throwing a "no", so that it gets printed with the error.
+  /// The answer as members of the JSON object. Fill it before throwing a "no", so that it gets printed with
+  /// the error.
   Json& json() { return json_; }
   /// The answer as people read it; not shown with --json.
   std::string& text() { return text_; }
@@ -77,8 +78,8 @@ class Session {
   bool textToStandardError_ = false;
 };
 
-/// Prints `message` as a failed command does, before or without a session: on standard error with "polestar COMMAND: "
-/// in front, and with `json` as an object on standard output.
+/// Prints `message` as a failed command does, before or without a session: on standard error with "polestar
+/// COMMAND: " in front, and with `json` as an object on standard output.
 int reportFailure(const std::string& command, bool json, const Failure& failure, const std::string& message);
 
 }  // namespace polestar::cli

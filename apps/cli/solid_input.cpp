@@ -18,20 +18,18 @@ constexpr const char* kIndent = "  ";
 void declareMembers(Json& json) {
   json["valid"] = false;
   json["star"] = false;
-  for (const char* name : {"center", "center_margin", "margin", "margin_relative", "vertices", "triangles", "euler",
-                           "components", "witness_faces", "bad_area_fraction", "rays"}) {
+  for (const char* name : {"center", "center_margin", "margin", "margin_relative", "vertices", "triangles",
+                           "euler", "components", "witness_faces", "bad_area_fraction", "rays"}) {
     json[name] = nullptr;
   }
 }
 
 void fillRepair(Json& json, const RepairReport& repair) {
-  json["repair"] = {{"welded_vertices", repair.weldedVertices},
-                    {"unused_vertices", repair.unusedVertices},
-                    {"degenerate_triangles", repair.degenerateTriangles},
-                    {"zero_area_triangles", repair.zeroAreaTriangles},
-                    {"duplicate_triangles", repair.duplicateTriangles},
-                    {"flipped_triangles", repair.flippedTriangles},
-                    {"turned_inside_out", repair.turnedInsideOut}};
+  json["repair"] = {
+      {"welded_vertices", repair.weldedVertices},           {"unused_vertices", repair.unusedVertices},
+      {"degenerate_triangles", repair.degenerateTriangles}, {"zero_area_triangles", repair.zeroAreaTriangles},
+      {"duplicate_triangles", repair.duplicateTriangles},   {"flipped_triangles", repair.flippedTriangles},
+      {"turned_inside_out", repair.turnedInsideOut}};
 }
 
 void fillSurface(Json& json, const SurfaceReport& surface) {
@@ -85,7 +83,8 @@ Rows starRows(const StarReport& star) {
 
 MeshFile loadMesh(const std::filesystem::path& path, Session& session) {
   if (isStandardStream(path)) {
-    throw Error(Errc::usage, "a mesh is not read from standard input, its format is told by its name; give a file");
+    throw Error(Errc::usage,
+                "a mesh is not read from standard input, its format is told by its name; give a file");
   }
   return session.timed("load", [&] { return readMesh(path); });
 }
@@ -113,7 +112,8 @@ InspectedSolid inspectSolid(const std::filesystem::path& path, const StarOptions
     fillStar(json, star);
     const Rows more = starRows(star);
     rows.insert(rows.end(), more.begin(), more.end());
-    session.text() = name + (star.star ? " is star-shaped\n" : " is not star-shaped\n") + table(rows, {}, kIndent);
+    session.text() =
+        name + (star.star ? " is star-shaped\n" : " is not star-shaped\n") + table(rows, {}, kIndent);
     if (!star.star) throw Error(Errc::notStarShaped, path.string() + ": " + star.reason);
     return {std::move(surface), std::move(star)};
   });

@@ -11,7 +11,8 @@
 
 namespace polestar::cli {
 
-/// Reads a mesh. @throws Error{Errc::io}; Error{Errc::usage} for "-", because a mesh's format is told by its name.
+/// Reads a mesh. @throws Error{Errc::io}; Error{Errc::usage} for "-", because a mesh's format is told by its
+/// name.
 MeshFile loadMesh(const std::filesystem::path& path, Session& session);
 
 struct InspectedSolid {

@@ -87,7 +87,8 @@ std::string table(const std::vector<std::vector<std::string>>& rows, const std::
 
 Vec3 parsePoint(std::string_view text) {
   const auto fail = [&] {
-    return Error(Errc::usage, "expected three finite numbers such as 0.5,-1,2e-3, found \"" + std::string(text) + "\"");
+    return Error(Errc::usage,
+                 "expected three finite numbers such as 0.5,-1,2e-3, found \"" + std::string(text) + "\"");
   };
   Vec3 point;
   std::string_view rest = text;

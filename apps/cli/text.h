@@ -1,5 +1,6 @@
 #pragma once
-// Numbers and tables as people read them. What machines read goes through JSON, where doubles keep every digit.
+// Numbers and tables as people read them. What machines read goes through JSON, where doubles keep every
+// digit.
 
 #include <cstdint>
 #include <string>
@@ -30,9 +31,10 @@ std::string byteSize(std::uint64_t bytes);
 /// "0.8 s", "12 s", "3:05", "1:02:05"
 std::string duration(double seconds);
 
-/// Rows of cells set in columns two spaces apart; columns named in `right` are flush right. Ends with a newline.
-std::string table(const std::vector<std::vector<std::string>>& rows, const std::vector<std::size_t>& right = {},
-                  std::string_view indent = "");
+/// Rows of cells set in columns two spaces apart; columns named in `right` are flush right. Ends with a
+/// newline.
+std::string table(const std::vector<std::vector<std::string>>& rows,
+                  const std::vector<std::size_t>& right = {}, std::string_view indent = "");
 
 /// Three finite numbers, separated by commas or blanks, and nothing else.
 /// @throws Error{Errc::usage} saying what was found instead.
