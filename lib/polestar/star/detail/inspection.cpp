@@ -1,0 +1,125 @@
+#include "polestar/star/detail/inspection.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "polestar/star/detail/exact_verdict.h"
+#include "polestar/star/detail/half_spaces.h"
+#include "polestar/star/detail/kernel_programs.h"
+#include "polestar/star/detail/least_bad.h"
+#include "polestar/star/detail/ray_count.h"
+#include "polestar/star/detail/star_reason.h"
+
+namespace polestar::detail {
+namespace {
+
+/// Everything that the steps of one inspection share.
+struct Scene {
+  const TriMesh& mesh;
+  Frame working;
+  HalfSpaces halfSpaces;
+  LargestMargin largest;
+  Vec3 centroid;  ///< of the solid, working frame
+
+  explicit Scene(const TriMesh& surface)
+      : mesh(surface),
+        working(workingFrame(surface)),
+        halfSpaces(surface, working),
+        largest(largestMargin(halfSpaces)),
+        centroid(working.toInner(volumeProperties(surface).centroid)) {}
+};
+
+struct JudgedCenter {
+  Vec3 center;  ///< mesh units
+  ExactVerdict verdict;
+};
+
+JudgedCenter judge(const Scene& scene, const Vec3& center, const Context& context) {
+  return {center, judgeCenter(scene.mesh, center, context)};
+}
+
+// The paper's center kept off the kernel's rim; if rounding spoils it, the point of largest margin; if there
+// is neither, the one that misses least.
+JudgedCenter findCenter(const Scene& scene, double marginShare, const Context& context) {
+  if (scene.largest.margin > 0) {
+    const ClosestCenter closest = closestCenter(scene.halfSpaces, scene.centroid,
+                                                marginShare * scene.largest.margin, scene.largest.workingSet);
+    JudgedCenter judged = judge(scene, scene.working.toWorld(closest.center), context);
+    if (judged.verdict.star()) return judged;
+  }
+  JudgedCenter judged = judge(scene, scene.working.toWorld(scene.largest.center), context);
+  // Faces that wind twice or have no area stay so for any center.
+  if (judged.verdict.star() || scene.largest.margin > 0) return judged;
+  const Vec3 leastBad = leastBadCenter(scene.mesh, scene.working, scene.halfSpaces,
+                                       {scene.largest.center, scene.centroid}, context);
+  return judge(scene, scene.working.toWorld(leastBad), context);
+}
+
+// The faces that carry the largest margin, if by themselves they keep it negative.
+std::vector<std::int32_t> witnesses(const Scene& scene) {
+  std::vector<std::int32_t> faces;
+  for (const ActiveFace& a : scene.largest.active) faces.push_back(a.face);
+  if (scene.largest.bound >= 0 || largestMargin(scene.halfSpaces, faces).bound >= 0) return {};
+  std::sort(faces.begin(), faces.end());
+  return faces;
+}
+
+StarReport describe(const Scene& scene, const JudgedCenter& judged) {
+  StarReport report;
+  const double unit = scene.working.unit;
+  report.star = judged.verdict.star();
+  report.center = judged.center;
+  const double slack = unit * scene.halfSpaces.tightest(scene.working.toInner(judged.center)).slack;
+  // The sign is the predicates' to say; a rounded distance must not contradict it.
+  report.centerMargin = judged.verdict.badFaces.empty() ? std::max(0.0, slack) : std::min(0.0, slack);
+  report.margin = std::max(unit * scene.largest.margin, report.centerMargin);
+  report.marginRelative = report.margin / boundingBox(scene.mesh).diagonal();
+  double badArea = 0;
+  for (const std::int32_t f : judged.verdict.badFaces) badArea += scene.halfSpaces.area(f);
+  report.badAreaFraction = badArea / scene.halfSpaces.totalArea();
+  return report;
+}
+
+void explain(const Scene& scene, const JudgedCenter& judged, const StarOptions& options,
+             const Context& context, StarReport& report) {
+  report.witnessFaces = witnesses(scene);
+  std::optional<BadPatch> patch;
+  if (!judged.verdict.badFaces.empty()) {
+    patch = largestBadPatch(scene.mesh, scene.halfSpaces, scene.working.toInner(judged.center),
+                            judged.verdict.badFaces);
+    const std::size_t face = static_cast<std::size_t>(patch->deepestFace);
+    report.badPlace =
+        scene.mesh.corner(face, 0) / 3 + scene.mesh.corner(face, 1) / 3 + scene.mesh.corner(face, 2) / 3;
+  }
+  std::optional<StarReport> alternative;
+  if (options.center && scene.largest.margin > 0) {
+    const JudgedCenter other = findCenter(scene, options.marginShare, context);
+    if (other.verdict.star()) alternative = describe(scene, other);
+  }
+  report.reason = whyNotStar(report, judged.verdict, patch, options.center.has_value(), alternative);
+}
+
+}  // namespace
+
+Inspection inspectMesh(const TriMesh& mesh, const StarOptions& options, Context& context) {
+  options.validate();
+  context.progress("looking for a center", 0);
+  const Scene scene(mesh);
+  context.throwIfCancelled();
+  JudgedCenter judged = options.center ? judge(scene, *options.center, context)
+                                       : findCenter(scene, options.marginShare, context);
+  Inspection inspection;
+  inspection.report = describe(scene, judged);
+  if (!inspection.report.star) explain(scene, judged, options, context, inspection.report);
+  if (options.rays > 0) {
+    context.progress("counting rays", 0.3);
+    const RayCount rays = countRayHits(judged.verdict.mesh, options.rays, context);
+    inspection.report.rays = {rays.count, rays.failed};
+  }
+  inspection.inner = std::move(judged.verdict.mesh);
+  inspection.frame = judged.verdict.frame;
+  context.progress("looking for a center", 1);
+  return inspection;
+}
+
+}  // namespace polestar::detail
