@@ -8,6 +8,9 @@
 namespace polestar::cli {
 
 std::unique_ptr<Command> makeCheckCommand();
+std::unique_ptr<Command> makeMapCommand();
+std::unique_ptr<Command> makeEvalCommand();
 std::unique_ptr<Command> makeInfoCommand();
+std::unique_ptr<Command> makeRenderCommand();
 
 }  // namespace polestar::cli

@@ -7,6 +7,9 @@ int main(int argc, char** argv) {
   using namespace polestar::cli;
   std::vector<std::unique_ptr<Command>> commands;
   commands.push_back(makeCheckCommand());
+  commands.push_back(makeMapCommand());
+  commands.push_back(makeEvalCommand());
   commands.push_back(makeInfoCommand());
+  commands.push_back(makeRenderCommand());
   return runCommandLine(commands, argc, argv);
 }

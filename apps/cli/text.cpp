@@ -85,24 +85,33 @@ std::string table(const std::vector<std::vector<std::string>>& rows, const std::
   return text;
 }
 
-Vec3 parsePoint(std::string_view text) {
-  const auto fail = [&] {
-    return Error(Errc::usage,
-                 "expected three finite numbers such as 0.5,-1,2e-3, found \"" + std::string(text) + "\"");
-  };
-  Vec3 point;
+std::vector<double> parseNumbers(std::string_view text) {
+  std::vector<double> numbers;
   std::string_view rest = text;
-  for (int axis = 0; axis < 3; ++axis) {
+  while (true) {
     rest.remove_prefix(std::min(rest.find_first_not_of(kSeparators), rest.size()));
+    if (rest.empty()) return numbers;
     // from_chars knows no leading plus.
     if (rest.size() > 1 && rest[0] == '+' && rest[1] != '-') rest.remove_prefix(1);
-    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), point[axis]);
-    if (error != std::errc() || !std::isfinite(point[axis])) throw fail();
+    double number = 0;
+    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), number);
     rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
-    if (!rest.empty() && kSeparators.find(rest[0]) == std::string_view::npos) throw fail();
+    const bool ended = rest.empty() || kSeparators.find(rest[0]) != std::string_view::npos;
+    if (error != std::errc() || !std::isfinite(number) || !ended) {
+      throw Error(Errc::usage,
+                  "expected finite numbers such as 0.5,-1,2e-3, found \"" + std::string(text) + "\"");
+    }
+    numbers.push_back(number);
   }
-  if (rest.find_first_not_of(kSeparators) != std::string_view::npos) throw fail();
-  return point;
+}
+
+Vec3 parsePoint(std::string_view text) {
+  const std::vector<double> numbers = parseNumbers(text);
+  if (numbers.size() != 3) {
+    throw Error(Errc::usage,
+                "expected three numbers such as 0.5,-1,2e-3, found \"" + std::string(text) + "\"");
+  }
+  return {numbers[0], numbers[1], numbers[2]};
 }
 
 }  // namespace polestar::cli

@@ -36,8 +36,11 @@ std::string duration(double seconds);
 std::string table(const std::vector<std::vector<std::string>>& rows,
                   const std::vector<std::size_t>& right = {}, std::string_view indent = "");
 
-/// Three finite numbers, separated by commas or blanks, and nothing else.
+/// Finite numbers, separated by commas or blanks, and nothing else.
 /// @throws Error{Errc::usage} saying what was found instead.
+std::vector<double> parseNumbers(std::string_view text);
+
+/// parseNumbers for exactly three of them.
 Vec3 parsePoint(std::string_view text);
 
 }  // namespace polestar::cli
