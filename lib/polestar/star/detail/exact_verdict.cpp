@@ -17,7 +17,7 @@ constexpr std::size_t kChunk = 4096;
 // away from underflow.
 constexpr double kTiny = 0x1p-160;
 
-void moveToInner(const TriMesh& mesh, ExactVerdict& verdict) {
+void moveToInner(const TriMesh& mesh, double scale, ExactVerdict& verdict) {
   const std::size_t count = mesh.vertices.size();
   const Vec3& center = verdict.frame.origin;
   const double farthestSquared = reduceChunks(
@@ -25,13 +25,12 @@ void moveToInner(const TriMesh& mesh, ExactVerdict& verdict) {
       [&](std::size_t begin, std::size_t end) {
         double largest = 0;
         for (std::size_t i = begin; i < end; ++i) {
-          // Scaled by the largest component: squares of tiny coordinates would vanish.
-          largest = std::max(largest, (mesh.vertices[i] - center).stableNorm());
+          largest = std::max(largest, (scale * (mesh.vertices[i] - center)).squaredNorm());
         }
         return largest;
       },
       [](double a, double b) { return std::max(a, b); });
-  verdict.frame.unit = farthestSquared > 0 ? farthestSquared : 1;
+  verdict.frame.unit = farthestSquared > 0 ? std::sqrt(farthestSquared) / scale : 1;
   verdict.mesh.triangles = mesh.triangles;
   verdict.mesh.vertices.resize(count);
   parallelChunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
@@ -89,14 +88,13 @@ int countWindings(const TriMesh& inner) {
 
 }  // namespace
 
-ExactVerdict judgeCenter(const TriMesh& mesh, const Vec3& center, const Context& context) {
+ExactVerdict judgeCenter(const TriMesh& mesh, const Vec3& center, double unit, const Context& context) {
   ExactVerdict verdict;
   verdict.frame.origin = center;
-  moveToInner(mesh, verdict);
-
   // The given coordinates decide; scaled by a power of two, which changes no sign and keeps tiny meshes from
   // underflow.
-  const double scale = std::exp2(-std::ceil(std::log2(verdict.frame.unit)));
+  const double scale = 1 / unit;
+  moveToInner(mesh, scale, verdict);
   const Vec3 scaledCenter = scale * center;
   const std::size_t count = mesh.triangles.size();
   std::vector<std::vector<std::int32_t>> badInChunk((count + kChunk - 1) / kChunk);

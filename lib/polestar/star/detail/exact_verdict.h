@@ -24,7 +24,8 @@ struct ExactVerdict {
   bool star() const { return badFaces.empty() && windings == 1; }
 };
 
+/// @param unit a power of two of the size of the mesh, to scale by without rounding
 /// O(n), parallel; about 20 ns a face and thread.
-ExactVerdict judgeCenter(const TriMesh& mesh, const Vec3& center, const Context& context);
+ExactVerdict judgeCenter(const TriMesh& mesh, const Vec3& center, double unit, const Context& context);
 
 }  // namespace polestar::detail

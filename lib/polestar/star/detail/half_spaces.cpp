@@ -68,7 +68,8 @@ Frame workingFrame(const TriMesh& mesh) {
 
 HalfSpaces::HalfSpaces(const TriMesh& mesh, const Frame& frame, std::size_t stride) {
   const std::size_t count = (mesh.triangles.size() + stride - 1) / stride;
-  for (auto* component : {&x_, &y_, &z_, &offset_, &area_}) component->resize(count);
+  for (auto* component : {&x_, &y_, &z_, &offset_, &area_})
+    component->resize(static_cast<Eigen::Index>(count));
   const double scale = 1 / frame.unit;  // exact: the unit is a power of two
   totalArea_ = reduceChunks(
       count, kChunk, 0.0,
@@ -78,7 +79,8 @@ HalfSpaces::HalfSpaces(const TriMesh& mesh, const Frame& frame, std::size_t stri
           const Triangle& t = mesh.triangles[i * stride];
           const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
           const Vec3 areaVector = carefulAreaVector(scale * a, scale * b, scale * c);
-          const double twiceArea = areaVector.stableNorm();
+          double twiceArea = areaVector.norm();
+          if (twiceArea < 1e-140) twiceArea = areaVector.stableNorm();
           const Vec3 normal = twiceArea > 0 ? Vec3(areaVector / twiceArea) : Vec3(Vec3::Zero());
           x_[i] = normal[0];
           y_[i] = normal[1];

@@ -35,7 +35,7 @@ struct JudgedCenter {
 };
 
 JudgedCenter judge(const Scene& scene, const Vec3& center, const Context& context) {
-  return {center, judgeCenter(scene.mesh, center, context)};
+  return {center, judgeCenter(scene.mesh, center, scene.working.unit, context)};
 }
 
 // The paper's center kept off the kernel's rim; if rounding spoils it, the point of largest margin; if there

@@ -113,6 +113,7 @@ bool crossesOnce(HitList& list, const TriMesh& mesh) {
 }
 
 bool meetsOnce(RTCScene scene, const TriMesh& mesh, const Vec3& direction) {
+  if (direction.isZero(0)) return false;
   RTCRayHit query{};
   query.ray.dir_x = static_cast<float>(direction[0]);
   query.ray.dir_y = static_cast<float>(direction[1]);
