@@ -2,6 +2,7 @@
 // The few types that every stage shares.
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
 

@@ -1,5 +1,7 @@
 #include "polestar/mesh/tri_mesh.h"
 
+#include <Eigen/Geometry>
+
 namespace polestar {
 
 Box boundingBox(const TriMesh& mesh) {
@@ -20,6 +22,15 @@ double surfaceArea(const TriMesh& mesh) {
   double twice = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) twice += areaVector(mesh, t).norm();
   return 0.5 * twice;
+}
+
+std::vector<double> vertexAreas(const TriMesh& mesh) {
+  std::vector<double> area(mesh.vertices.size(), 0.0);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const double third = areaVector(mesh, t).norm() / 6;
+    for (const std::int32_t v : mesh.triangles[t]) area[v] += third;
+  }
+  return area;
 }
 
 VolumeProperties volumeProperties(const TriMesh& mesh) {

@@ -29,6 +29,9 @@ Vec3 areaVector(const TriMesh& mesh, std::size_t t);
 
 double surfaceArea(const TriMesh& mesh);
 
+/// A third of the area of the triangles around each vertex: the lumped mass of linear functions.
+std::vector<double> vertexAreas(const TriMesh& mesh);
+
 /// Volume and centroid of the enclosed solid, by signed tetrahedra about the box's center; negative volume for an
 /// inward-oriented mesh. The centroid is the solid's, not the mean of the vertices. [Xia 2010, sec. 4.1, step 1]
 struct VolumeProperties {

@@ -23,7 +23,10 @@ struct SphereMap {
   std::size_t flips = 0;  ///< triangles not positively oriented on the sphere, by exact predicates
   double qcMean = 1;      ///< area-weighted mean of the quasi-conformal dilatation sigma_1 / sigma_2 >= 1
   double qcMax = 1;
-  /// Not empty when the map is not the one asked for (conformal asked, radial delivered): why, for log and metadata.
+  std::size_t repairedVertices =
+      0;  ///< vertices that were free to move when flips were turned back; usually none
+  /// Not empty when the map is not the one asked for (conformal asked, radial delivered): why, for log and
+  /// metadata.
   std::string fallbackReason;
 };
 
@@ -31,18 +34,19 @@ struct SphereMap {
 SphereMap radialSphereMap(const StarShape& shape);
 
 struct ConformalOptions {
-  int maxIterations = 300;  ///< of the Dirichlet descent
-  double tolerance = 1e-10; ///< stop when the energy falls by less than this share in a step
+  int maxIterations = 300;   ///< of the Dirichlet descent; 6 to 20 are usual
+  double tolerance = 1e-10;  ///< stop when no direction is expected to move by more than this (radians)
 
   void validate() const;  ///< @throws Error{Errc::usage}
 };
 
-/// Discrete conformal map to the sphere: Dirichlet energy from the radial start by preconditioned L-BFGS, untangling,
-/// a flip-free polish, Moebius centering (area-weighted mean of the directions = 0), then the rotation that brings it
-/// closest (area-weighted least squares) to the radial map. So it depends on the shape alone and turns with it.
+/// Discrete conformal map to the sphere: Dirichlet energy from the radial start by preconditioned L-BFGS,
+/// untangling, a flip-free polish, Moebius centering (area-weighted mean of the directions = 0), then the
+/// rotation that brings it closest (area-weighted least squares) to the radial map. So it depends on the
+/// shape alone and turns with it.
 ///
-/// When triangles stay flipped the radial map is returned and `fallbackReason` says so: a flip is never shipped.
-/// [Gu et al. 2004; Baden, Crane, Kazhdan 2018; Xia 2010, sec. 4.1, step 3]
+/// When triangles stay flipped the radial map is returned and `fallbackReason` says so: a flip is never
+/// shipped. [Gu et al. 2004; Baden, Crane, Kazhdan 2018; Xia 2010, sec. 4.1, step 3]
 SphereMap conformalSphereMap(const StarShape& shape, const ConformalOptions& options = {},
                              Context& context = Context::quiet());
 

@@ -1,0 +1,75 @@
+#pragma once
+// The map of a star-shaped solid onto the unit ball: f(x) = R(x) A_R(omega(x)). [Xia 2010, sec. 4.1, algorithm 1; the
+// core and the interpolation: docs/method.md]
+//
+// R and omega are the canonical coordinates (chart/), A_R carries directions of field lines at the center to boundary
+// parameters: A(omega of q's line) = phi(q). With A the same at all R ("paper"), f has a kink at the center unless A is
+// a rotation; so by default A_R turns into the rotation closest to A within the core.
+
+#include <memory>
+#include <string>
+
+#include "polestar/chart/green_chart.h"
+#include "polestar/map/volume_map.h"
+#include "polestar/sphere/sphere_map.h"
+
+namespace polestar {
+
+enum class CoreMode {
+  smooth,  ///< A_R = A for R >= coreRadius, a rotation for R <= coreRadius / 4, a flip-free blend in between
+  paper    ///< A_R = A everywhere
+};
+
+struct BallMapOptions {
+  CoreMode core = CoreMode::smooth;
+  double coreRadius = 0.25;  ///< in ball radii, (0, 1)
+
+  void validate() const;  ///< @throws Error{Errc::usage}
+};
+
+/// The map by its table, the foliation: R from interpolated h (never from interpolated G), directions linear on the
+/// cells. Cheap to copy. Frames: points of the solid in mesh units, of the domain in the unit ball.
+class BallMap final : public VolumeMap {
+ public:
+  BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options = {});
+
+  void forward(std::span<const Vec3> solid, std::span<Vec3> domain) const override;
+  void inverse(std::span<const Vec3> domain, std::span<Vec3> solid) const override;
+  void jacobian(std::span<const Vec3> solid, std::span<Mat3> derivative) const override;
+
+  /// forward(), continued outside the solid by phi(q) |x - c| / |q - c|, q where the ray from the center through x
+  /// leaves the solid; and G (1 / mesh units; 0 outside, +infinity at the center).
+  void sample(std::span<const Vec3> solid, std::span<Vec3> domain, std::span<double> green) const;
+
+  const GreenChart& chart() const;
+  const SphereMap& sphere() const;
+  /// What was built: `core` may be `paper` where `smooth` was asked; then coreFallbackReason() says why.
+  const BallMapOptions& options() const;
+  const std::string& coreFallbackReason() const;
+  /// Direction of every node of the foliation but the center: A_R(omega), unit vectors.
+  std::span<const Vec3> nodeDirections() const;
+  /// Triangles that are not positively oriented on the sphere, summed over all levels (exact).
+  std::size_t levelFlips() const;
+
+ private:
+  struct Data;
+  std::shared_ptr<const Data> data_;
+};
+
+/// The same map by tracing a field line from every point: the slow reference that the table is held against.
+/// Directions pass from omega to phi linearly on the triangles of the omega map. The inverse iterates on the forward
+/// map from the table's answer; the Jacobian is a central difference. About 1 ms a point at 10k vertices.
+class TracedBallMap final : public VolumeMap {
+ public:
+  explicit TracedBallMap(BallMap table);
+
+  void forward(std::span<const Vec3> solid, std::span<Vec3> domain) const override;
+  void inverse(std::span<const Vec3> domain, std::span<Vec3> solid) const override;
+  void jacobian(std::span<const Vec3> solid, std::span<Mat3> derivative) const override;
+
+ private:
+  struct Data;
+  std::shared_ptr<const Data> data_;
+};
+
+}  // namespace polestar

@@ -1,0 +1,33 @@
+#pragma once
+// How good a map to the sphere is: orientation (exact), degree, angle distortion.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "polestar/mesh/tri_mesh.h"
+
+namespace polestar::detail {
+
+/// Indices of the triangles whose images are not positively oriented, ascending; exact.
+std::vector<std::int32_t> flippedTriangles(std::span<const Vec3> directions,
+                                           const std::vector<Triangle>& triangles);
+
+/// How often the image covers the sphere, from the signed solid angles. With no flips, degree 1 means one to
+/// one.
+int sphereDegree(std::span<const Vec3> directions, const std::vector<Triangle>& triangles);
+
+/// Quasi-conformal dilatation sigma_1 / sigma_2 >= 1 of the linear map between two triangles; infinite when
+/// either has no area.
+double dilatation(const std::array<Vec3, 3>& from, const std::array<Vec3, 3>& to);
+
+struct Distortion {
+  double mean = 1;  ///< weighted by the area on the surface; triangles of no area do not count
+  double max = 1;
+};
+/// Of the flat triangles between the images of the vertices.
+Distortion angleDistortion(const TriMesh& mesh, std::span<const Vec3> directions);
+
+}  // namespace polestar::detail
