@@ -40,7 +40,7 @@ void factorization(benchmark::State& state) {
   const Laplacian laplacian = intrinsicDelaunayLaplacian(mesh);
   const std::vector<double> shares = vertexAreaShares(mesh);
   for (auto _ : state) {
-    const ShiftedLaplacian factor(laplacian, shares);
+    const ShiftedLaplacian factor(laplacian, shares, mesh.vertices);
     benchmark::DoNotOptimize(&factor);
   }
   countVertices(state, mesh);
@@ -48,7 +48,7 @@ void factorization(benchmark::State& state) {
 
 void onePreconditionedStep(benchmark::State& state) {
   const TriMesh mesh = body(state);
-  const DirichletEnergy energy(intrinsicDelaunayLaplacian(mesh), vertexAreaShares(mesh));
+  const DirichletEnergy energy(intrinsicDelaunayLaplacian(mesh), vertexAreaShares(mesh), mesh.vertices);
   std::vector<Vec3> gradient(mesh.vertices.size()), step(mesh.vertices.size());
   const std::vector<Vec3> points = radialMap(mesh).directions;
   for (auto _ : state) {

@@ -204,7 +204,7 @@ TEST(ConformalMap, SameBytesForAnyNumberOfThreads) {
 TEST(ConformalMap, IsTheMinimizerAndNotWhereTheDescentStopped) {
   const TriMesh mesh = ellipsoid(4);
   const std::vector<double> shares = detail::vertexAreaShares(mesh);
-  const detail::DirichletEnergy energy(detail::intrinsicDelaunayLaplacian(mesh), shares);
+  const detail::DirichletEnergy energy(detail::intrinsicDelaunayLaplacian(mesh), shares, mesh.vertices);
   auto minimize = [&](std::vector<Vec3> start) {
     const auto result = detail::descendOnSpheres(energy, start, {}, Context::quiet());
     EXPECT_TRUE(result.converged);
@@ -224,7 +224,7 @@ TEST(ConformalMap, IsTheMinimizerAndNotWhereTheDescentStopped) {
 TEST(DirichletEnergy, GradientIsTheDerivative) {
   const TriMesh mesh = ellipsoid(2);
   const detail::DirichletEnergy energy(detail::intrinsicDelaunayLaplacian(mesh),
-                                       detail::vertexAreaShares(mesh));
+                                       detail::vertexAreaShares(mesh), mesh.vertices);
   const std::vector<Vec3> points = radialMap(mesh).directions;
   std::vector<Vec3> gradient(points.size());
   EXPECT_EQ(energy.evaluate(points, gradient), energy.evaluate(points, {}));

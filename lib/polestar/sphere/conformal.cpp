@@ -87,7 +87,7 @@ class ConformalSolver {
     context_.progress(kStage, 0);
     directions_ = radial_.directions;
     centerByMoebius(directions_, areas_);
-    const DirichletEnergy energy(intrinsicDelaunayLaplacian(mesh_), areas_);
+    const DirichletEnergy energy(intrinsicDelaunayLaplacian(mesh_), areas_, mesh_.vertices);
     context_.progress(kStage, 0.5);
     const DescentResult descent =
         descendOnSpheres(energy, directions_, {options_.maxIterations, options_.tolerance}, context_);
