@@ -1,5 +1,6 @@
 #include "polestar/render/render_solid.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>

@@ -1,5 +1,6 @@
 #include "polestar/render/soccer_pattern.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -47,6 +48,9 @@ std::array<Vec3, kPanels> panelForms() {
       }
     }
   }
+  // Its mirror planes are the coordinate planes, where people like to cut: a seam within a cut has no width to draw.
+  const Eigen::Quaterniond turn = Eigen::Quaterniond(0.91, 0.24, -0.17, 0.29).normalized();
+  for (Vec3& form : forms) form = turn * form;
   return forms;
 }
 
@@ -89,7 +93,8 @@ struct Seam {
   Seam(const SoccerPanel& panel, const Polar& polar) {
     first = panel.seamNormal.dot(polar.directionFirst);
     second = panel.seamNormal.dot(polar.directionSecond);
-    const double slope = std::max(std::hypot(first, second), 1e-9);
+    // Where the seam runs nearly within the surface that is seen, it would cover all of it.
+    const double slope = std::max(std::hypot(first, second), 0.35 * polar.directionSlope());
     first /= slope;
     second /= slope;
     distance = panel.seamDistance / slope;

@@ -28,9 +28,8 @@ ShiftedLaplacian::ShiftedLaplacian(const Laplacian& laplacian, std::span<const d
 
   const Eigen::SimplicialLDLT<Matrix, Eigen::Lower> factorization(lower);
   if (factorization.info() != Eigen::Success || !(factorization.vectorD().minCoeff() > 0)) {
-    throw Error(
-        Errc::notConverged,
-        "the surface's Laplacian cannot be factorized (triangles of no area?); remesh or repair the surface");
+    throw Error(Errc::notConverged,
+                "a Laplacian is not positive definite to rounding (triangles of nearly no area)");
   }
   const auto& factor = factorization.matrixL().nestedExpression();
   columnStart_.reserve(n + 1);

@@ -23,6 +23,8 @@ struct SphereMap {
   std::size_t flips = 0;  ///< triangles not positively oriented on the sphere, by exact predicates
   double qcMean = 1;      ///< area-weighted mean of the quasi-conformal dilatation sigma_1 / sigma_2 >= 1
   double qcMax = 1;
+  std::size_t repairedVertices =
+      0;  ///< vertices that were free to move when flips were turned back; usually none
   /// Not empty when the map is not the one asked for (conformal asked, radial delivered): why, for log and
   /// metadata.
   std::string fallbackReason;

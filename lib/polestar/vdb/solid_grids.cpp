@@ -78,23 +78,19 @@ void checkSize(const TriMesh& surface, const GridOptions& options) {
 // --- Transform
 // --------------------------------------------------------------------------------------------------
 
-// OpenVDB's constructors refuse scales whose cube is below 3e-15, as if they were zero, though the map and
-// the file format work at any scale. Reading a map checks nothing, so small ones are made that way.
+// As if read from a file. OpenVDB's constructors refuse scales whose cube is below 3e-15, as if they were
+// zero, and round others on the way through a matrix; the map itself and the format work at any scale.
 openvdb::math::Transform::Ptr makeTransform(double scale, const Vec3& translation) {
   using openvdb::Vec3d;
-  const Vec3d shift(translation.x(), translation.y(), translation.z());
-  auto map = openvdb::SharedPtr<openvdb::math::UniformScaleTranslateMap>();
-  if (scale * scale * scale > 1e-14) {
-    map.reset(new openvdb::math::UniformScaleTranslateMap(scale, shift));
-  } else {
-    std::stringstream bytes;
-    const Vec3d forward(scale), inverse(1 / scale);
-    for (const Vec3d& part : {shift, forward, forward, inverse, inverse * inverse, inverse / 2})
-      part.write(bytes);
-    map.reset(new openvdb::math::UniformScaleTranslateMap());
-    map->read(bytes);
-  }
-  return openvdb::math::Transform::Ptr(new openvdb::math::Transform(map));
+  const Vec3d shift(translation.x(), translation.y(), translation.z()), forward(scale), inverse(1 / scale);
+  std::stringstream bytes;
+  openvdb::writeString(bytes, openvdb::math::UniformScaleTranslateMap::mapType());
+  for (const Vec3d& part : {shift, forward, forward, inverse, inverse * inverse, inverse / 2})
+    part.write(bytes);
+  openvdb::io::setCurrentVersion(bytes);
+  const auto transform = std::make_shared<openvdb::math::Transform>();
+  transform->read(bytes);
+  return transform;
 }
 
 // --- Topology
@@ -395,6 +391,7 @@ void SolidGrids::write(const std::filesystem::path& path) const {
   if (path == "-") {
     std::stringstream stream;
     writeTo(stream);
+    stream.seekg(0);
     if (!(std::cout << stream.rdbuf() << std::flush)) throw cannotWrite("standard output was closed");
     return;
   }

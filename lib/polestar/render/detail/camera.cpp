@@ -1,5 +1,6 @@
 #include "polestar/render/detail/camera.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 

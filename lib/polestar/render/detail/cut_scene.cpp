@@ -2,6 +2,8 @@
 
 #include <embree3/rtcore.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <string>

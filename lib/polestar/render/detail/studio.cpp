@@ -1,5 +1,6 @@
 #include "polestar/render/detail/studio.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
