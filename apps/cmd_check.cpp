@@ -20,7 +20,7 @@ class CheckCommand final : public Command {
     app.add_option("MESH", mesh_, "Surface mesh: .obj, .ply, .stl or .off")->required()->type_name("");
     addCenterOption(app, star_.center);
     app.add_option("--rays", star_.rays, "Rays over the sphere for the second opinion; 0: none")
-        ->check(CLI::NonNegativeNumber)
+        ->check(CLI::NonNegativeNumber.description(""))
         ->capture_default_str()
         ->type_name("N");
   }

@@ -69,7 +69,8 @@ class RenderCommand final : public Command {
                    "from the "
                    "center to the far end. Twice: a wedge. none: the whole solid. Default x")
         ->type_name("PLANE")
-        ->allow_extra_args(false);
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     app.add_option("--size", size_, "Pixels; default 1280x960")->type_name("WxH");
     app.add_option("--samples", options_.samples, "Samples a pixel")->capture_default_str()->type_name("N");
     addPointOption(app, "--view", view_, "Direction that the camera looks along");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iostream>
 #include <new>
+#include <sstream>
 #include <string_view>
 
 #include "cli/interrupt.h"
@@ -13,12 +14,34 @@
 namespace polestar::cli {
 namespace {
 
-constexpr int kHelpColumn = 32;
+constexpr std::size_t kHelpColumn = 32, kHelpWidth = 100;
 
 constexpr const char* kExitCodes =
     "Exit codes: 0 done, 2 usage, 3 a file cannot be read or written, 4 not a closed surface of genus 0,\n"
     "5 not star-shaped, 6 the result fails its certificate, 130 cancelled.\n"
     "`polestar COMMAND --help` says more and ends with an example.";
+
+std::string wrapped(const std::string& text, std::size_t width) {
+  std::istringstream words(text);
+  std::string result;
+  std::size_t column = 0;
+  for (std::string word; words >> word; column += word.size()) {
+    if (column > 0) {
+      const bool fits = column + 1 + word.size() <= width;
+      result += fits ? ' ' : '\n';
+      column = fits ? column + 1 : 0;
+    }
+    result += word;
+  }
+  return result;
+}
+
+class HelpFormatter : public CLI::Formatter {
+ public:
+  std::string make_option_desc(const CLI::Option* option) const override {
+    return wrapped(CLI::Formatter::make_option_desc(option), kHelpWidth - kHelpColumn);
+  }
+};
 
 int runSession(Command& command, Session& session) {
   const InterruptGuard guard(session.context());
@@ -61,6 +84,7 @@ int runCommandLine(const std::vector<std::unique_ptr<Command>>& commands, int ar
   CLI::App app("polestar: star-shaped solids as coordinates, by Green's functions", "polestar");
   app.set_version_flag("--version", std::string("polestar ") + kVersion);
   app.require_subcommand(1);
+  app.formatter(std::make_shared<HelpFormatter>());
   app.get_formatter()->column_width(kHelpColumn);
   app.footer(kExitCodes);
 

@@ -14,6 +14,13 @@ namespace {
 
 constexpr int kMostThreads = 4096;
 
+/// An option as a value is a forgotten value; empty when the name is good.
+std::string whyNoFileName(const std::string& name) {
+  if (name.empty()) return "the name is empty";
+  if (name == "-" || name[0] != '-') return "";
+  return name + " looks like an option; write ./" + name + " if it is a file";
+}
+
 }  // namespace
 
 int defaultThreads() {
@@ -29,10 +36,13 @@ int defaultThreads() {
 void addCommonOptions(CLI::App& app, CommonOptions& options, const std::string& outputHelp) {
   constexpr const char* kGroup = "Common options";
   options.threads = defaultThreads();
-  app.add_option("-o,--output", options.output, outputHelp)->type_name("FILE")->group(kGroup);
+  app.add_option("-o,--output", options.output, outputHelp)
+      ->check(CLI::Validator(whyNoFileName, ""))
+      ->type_name("FILE")
+      ->group(kGroup);
   app.add_option("-j,--threads", options.threads,
                  "Threads to use; default $SLURM_CPUS_PER_TASK, else all cores")
-      ->check(CLI::Range(1, kMostThreads))
+      ->check(CLI::Range(1, kMostThreads).description(""))
       ->type_name("N")
       ->group(kGroup);
   CLI::Option* verbose =

@@ -25,10 +25,6 @@ bool isStandardStream(const fs::path& path) { return path == "-"; }
 void checkOutput(const fs::path& path, bool overwrite, const std::vector<fs::path>& inputs) {
   if (isStandardStream(path)) return;
   const std::string name = path.string();
-  if (name.front() == '-') {
-    throw Error(Errc::usage,
-                "the output name " + name + " looks like an option; write ./" + name + " if it is meant");
-  }
   std::error_code error;
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   if (!fs::is_directory(folder, error)) {

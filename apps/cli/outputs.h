@@ -11,7 +11,7 @@ bool isStandardStream(const std::filesystem::path& path);
 
 /// Whether `path` could be written at the end: its folder exists and may be written, it is no folder itself,
 /// and it does not exist yet, or may be replaced (`overwrite`) and is none of the inputs.
-/// @throws Error{Errc::io}, or Error{Errc::usage} for a name that looks like an option.
+/// @throws Error{Errc::io}
 void checkOutput(const std::filesystem::path& path, bool overwrite,
                  const std::vector<std::filesystem::path>& inputs);
 

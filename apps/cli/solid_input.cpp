@@ -1,5 +1,6 @@
 #include "cli/solid_input.h"
 
+#include <cmath>
 #include <string>
 
 #include "cli/outputs.h"
@@ -61,14 +62,15 @@ Rows surfaceRows(const SurfaceReport& surface, const RepairReport& repair) {
 
 Rows starRows(const StarReport& star) {
   Rows rows;
-  const std::string relative = shortNumber(star.marginRelative) + " of the box's diagonal";
+  const std::string relative = shortNumber(std::abs(star.marginRelative)) + " of the box's diagonal";
   if (star.star) {
     rows.push_back({"center", shortPoint(star.center) + "; " + shortNumber(star.centerMargin) +
                                   " inside the nearest face's plane"});
     rows.push_back({"margin", shortNumber(star.margin) + " at the best point: " + relative});
   } else {
     rows.push_back({"center", "none; the least bad point is " + shortPoint(star.center)});
-    rows.push_back({"margin", shortNumber(star.margin) + ": " + relative + " short of any center"});
+    rows.push_back(
+        {"margin", shortNumber(star.margin) + ": the best point is " + relative + " short of a center"});
     rows.push_back({"unseen", shortNumber(100 * star.badAreaFraction) + " % of the area, worst near " +
                                   shortPoint(star.badPlace)});
   }

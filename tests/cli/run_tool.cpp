@@ -37,14 +37,27 @@ std::vector<std::string> environmentWith(const std::map<std::string, std::string
   return result;
 }
 
+/// Whether the process has a handler for SIGINT; before that, while libraries are loading, the signal just
+/// ends it.
+bool handlesInterrupts(pid_t process) {
+  std::ifstream status("/proc/" + std::to_string(process) + "/status");
+  for (std::string line; std::getline(status, line);) {
+    if (!line.starts_with("SigCgt:")) continue;
+    return (std::stoull(line.substr(7), nullptr, 16) >> (SIGINT - 1)) & 1;
+  }
+  return false;
+}
+
 /// The exit code, or 128 + the signal.
 int waitFor(pid_t child, const ToolSettings& settings, bool& hung) {
   const auto start = Clock::now();
+  auto ready = Clock::time_point::max();
   bool interrupted = settings.interruptAfter.count() == 0;
   int status = 0;
   while (waitpid(child, &status, WNOHANG) == 0) {
     const auto elapsed = Clock::now() - start;
-    if (!interrupted && elapsed > settings.interruptAfter) {
+    if (!interrupted && ready == Clock::time_point::max() && handlesInterrupts(child)) ready = Clock::now();
+    if (!interrupted && Clock::now() > ready && Clock::now() - ready > settings.interruptAfter) {
       kill(child, SIGINT);
       interrupted = true;
     }

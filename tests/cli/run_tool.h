@@ -22,11 +22,11 @@ struct ToolRun {
 };
 
 struct ToolSettings {
-  std::string input;             ///< standard input
-  std::filesystem::path folder;  ///< to run in; empty: the test's own
-  std::filesystem::path output;  ///< standard output goes there instead of into ToolRun::out
-  std::map<std::string, std::string> environment;  ///< added to the test's own
-  /// Keeps standard input open and sends SIGINT after this time.
+  std::string input{};             ///< standard input
+  std::filesystem::path folder{};  ///< to run in; empty: the test's own
+  std::filesystem::path output{};  ///< standard output goes there instead of into ToolRun::out
+  std::map<std::string, std::string> environment{};  ///< added to the test's own
+  /// Keeps standard input open and sends SIGINT this long after the tool began to handle it.
   std::chrono::milliseconds interruptAfter{0};
   std::chrono::seconds limit{120};
 };

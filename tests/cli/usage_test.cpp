@@ -75,7 +75,7 @@ TEST(Usage, MistakesAreNamedAndEndWith2) {
   expectUsageError({"check", "-"}, "standard input");
   expectUsageError({"map", "a.obj"}, "-o OUT.vdb is missing");
   expectUsageError({"map", "a.obj", "-o", "a.pmap"}, "does not end in .vdb");
-  expectUsageError({"map", "a.obj", "-o", "--json"}, "looks like an option");
+  expectUsageError({"map", "a.obj", "-o", "--overwrite"}, "looks like an option");
   expectUsageError({"map", "a.obj", "-o", "a.vdb", "--dim", "64", "--voxel", "0.1"}, "--voxel");
   expectUsageError({"map", "a.obj", "-o", "a.vdb", "--voxel", "0"}, "--voxel");
   expectUsageError({"map", "a.obj", "-o", "a.vdb", "--dim", "3"}, "--dim");
