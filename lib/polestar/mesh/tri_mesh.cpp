@@ -1,5 +1,7 @@
 #include "polestar/mesh/tri_mesh.h"
 
+#include <Eigen/Geometry>
+
 namespace polestar {
 
 Box boundingBox(const TriMesh& mesh) {

@@ -1,6 +1,6 @@
 #pragma once
-// The sparse grids of one solid, as they go into a .vdb: level set, fog, and attributes on the voxels inside plus a
-// padding around them. A facade: OpenVDB stays in the .cpp.
+// The sparse grids of one solid, as they go into a .vdb: level set, fog, and attributes on the voxels inside
+// plus a padding around them. A facade: OpenVDB stays in the .cpp.
 
 #include <array>
 #include <cstdint>
@@ -19,20 +19,26 @@
 namespace polestar {
 
 struct GridOptions {
-  double voxelSize = 0;   ///< mesh units, positive
-  int padding = 3;        ///< voxels around the surface that carry attributes too; unpadded grids render with black moire
-  int halfWidth = 3;      ///< of the level set's narrow band, voxels
+  double voxelSize = 0;  ///< mesh units, positive
+  /// Voxels around the solid that carry attributes too: all centers nearer to it than this many voxels. Three
+  /// cover what trilinear and quadratic filters read at any point of the solid; unpadded grids render with
+  /// black moire.
+  int padding = 3;
+  int halfWidth = 3;  ///< of the level set's narrow band, voxels; raised to `padding` where that is larger
+  std::size_t memoryLimit =
+      0;  ///< bytes that all grids may take by a rough estimate; 0: 3/4 of the machine's memory
 
   void validate() const;  ///< @throws Error{Errc::usage}
 };
 
 /// Voxel size that puts `dim` voxels along the longest side of the mesh's box.
+/// @throws Error{Errc::usage} for dim < 4 or a mesh without extent.
 double voxelSizeFor(const TriMesh& mesh, int dim);
 
 /// Voxel centers of one leaf, handed to a sampler. Called from many threads.
 struct VoxelBatch {
-  std::span<const Vec3> points;            ///< mesh units
-  std::span<const float> signedDistance;   ///< mesh units, negative inside, clamped to the half-width
+  std::span<const Vec3> points;           ///< mesh units
+  std::span<const float> signedDistance;  ///< mesh units, negative inside, clamped to the half-width
 };
 
 /// How a vector grid transforms, in OpenVDB's terms.
@@ -42,9 +48,20 @@ using Metadata = std::variant<std::string, double, std::int64_t, Vec3>;
 
 class SolidGrids {
  public:
-  /// Voxelizes a closed, outward-oriented surface: `surface` (level set) and `density` (fog with a ramp one band wide).
-  /// One uniform linear transform for all grids of the object: voxel (0, 0, 0) lies near the box's lower corner.
-  /// @throws Error{Errc::usage} when the grid would not fit in memory or be smaller than 4 voxels along its longest side.
+  /// Voxelizes a closed, outward-oriented, embedded surface.
+  ///
+  /// `surface`: exact distance to the triangles in the band, mesh units, negative inside; the side of every
+  /// voxel by parity of crossings, right for gaps and blades thinner than a voxel. `density`: fog, 1 from one
+  /// voxel inside the surface, 0 from one voxel outside, linear in the distance between: 1/2 on the surface,
+  /// so that the edge is antialiased, the fog's mass is the solid's, and all that a renderer sees of it lies
+  /// within the padding. One uniform linear transform for all grids of the object; the box's lower corner is
+  /// the lower corner of voxel (0, 0, 0), a mesh that is `dim` voxels long fills voxels 0 .. dim - 1.
+  /// Geometry is computed in voxel units from doubles: offsets of 1e6 and sizes of 1e-7 cost no accuracy.
+  /// (Programs that turn a grid's transform into a 4x4 matrix with OpenVDB, Blender among them, refuse voxels
+  /// below 1.45e-5 units; a warning is logged.) Cost O(triangles + area / voxelSize^2), 1 to 2 us a voxel of
+  /// the band; parallel, same grids for any thread count.
+  /// @throws Error{Errc::usage} when the grids would not fit in memory (the message says which size does) or
+  /// the solid is smaller than 4 voxels along its longest side.
   SolidGrids(const TriMesh& surface, const GridOptions& options, Context& context = Context::quiet());
   ~SolidGrids();
   SolidGrids(SolidGrids&&) noexcept;
@@ -54,36 +71,43 @@ class SolidGrids {
   std::size_t insideVoxels() const;  ///< voxels with surface < 0
   std::size_t activeVoxels() const;  ///< the former and the padding
 
-  /// Adds a grid on the inside and padding voxels (`padded`) or the inside alone. The sampler fills one value a point;
-  /// it runs in parallel over leaves. @throws what the sampler throws; @throws Error{Errc::usage} for a name in use.
+  /// Adds a grid on the inside and padding voxels (`padded`) or the inside alone, full floats, background 0.
+  /// The sampler fills one value a point; it runs in parallel over leaves, once for each voxel of the grid.
+  /// @throws Error{Errc::usage} for a name that is in use, empty or has spaces; Error{Errc::cancelled}; what
+  /// the sampler throws. No grid is added then.
   void addVector(const std::string& name, VectorRole role,
                  const std::function<void(const VoxelBatch&, std::span<Vec3f>)>& sample, bool padded = true,
                  Context& context = Context::quiet());
-  void addScalar(const std::string& name, const std::function<void(const VoxelBatch&, std::span<float>)>& sample,
-                 bool padded = false, Context& context = Context::quiet());
+  void addScalar(const std::string& name,
+                 const std::function<void(const VoxelBatch&, std::span<float>)>& sample, bool padded = false,
+                 Context& context = Context::quiet());
 
-  /// Written on every grid (file-level metadata gets lost in other tools), under the key as given.
+  /// Written on every grid (file-level metadata gets lost in other tools), under the key as given. A later
+  /// value replaces an earlier one.
   void setMetadata(const std::string& key, const Metadata& value);
 
   /// A leaf of a vector grid and one layer of its neighbours towards +x, +y, +z: size^3 samples, z fastest.
   struct Brick {
     static constexpr int kSize = 9;
-    std::array<int, 3> origin;                ///< index coordinates of the first sample
+    std::array<int, 3> origin;  ///< index coordinates of the first sample
     std::span<const Vec3f> values;
-    std::span<const float> signedDistance;    ///< mesh units
-    std::span<const std::uint8_t> active;     ///< 1 where the vector grid holds a value
+    std::span<const float> signedDistance;  ///< mesh units
+    std::span<const std::uint8_t> active;   ///< 1 where the vector grid holds a value
   };
-  /// Visits every leaf that has an active voxel, in parallel; `visit` must be safe for that. The values are those that
-  /// write() writes. `leafIndex` runs from 0 to leafCount() - 1, for deterministic reductions.
+  /// Visits every leaf that has an active voxel, in parallel; `visit` must be safe for that. The values are
+  /// those that write() writes. `leafIndex` runs from 0 to leafCount() - 1, for deterministic reductions.
   void visitBricks(const std::string& vectorGrid,
                    const std::function<void(std::size_t leafIndex, const Brick&)>& visit) const;
-  std::size_t leafCount(const std::string& grid) const;
+  /// @throws Error{Errc::usage} when there is no such vector grid (both).
+  std::size_t leafCount(const std::string& vectorGrid) const;
 
   /// World position (mesh units) of an index-space point.
   Vec3 indexToWorld(const Vec3& index) const;
 
-  /// Writes all grids: to a temporary name in the same folder, synced, then renamed. "-" writes to standard output.
-  /// @throws Error{Errc::io}; then no file is left under either name.
+  /// Writes all grids, the same bytes every time: to a temporary name in the same folder, synced, then
+  /// renamed. "-" writes to standard output (built in memory first, since the format wants a seekable
+  /// stream).
+  /// @throws Error{Errc::io}; an earlier file of that name is then as it was, and no temporary is left.
   void write(const std::filesystem::path& path) const;
 
  private:
@@ -100,6 +124,7 @@ struct GridInfo {
   std::vector<std::pair<std::string, std::string>> metadata;
 };
 
+/// Reads the whole file, so that what is returned is a file that can be read.
 /// @throws Error{Errc::io} for a file that is missing, truncated or no .vdb.
 std::vector<GridInfo> readGridInfo(const std::filesystem::path& path);
 

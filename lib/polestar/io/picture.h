@@ -1,0 +1,50 @@
+#pragma once
+// Pictures out. A picture is scene-linear light until the moment it is written; the view transform that makes
+// it fit a display lives here, in one place.
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "polestar/core/types.h"
+
+namespace polestar {
+
+/// Scene-linear, premultiplied RGBA with Rec. 709 primaries; rows from the top, pixels from the left.
+struct Picture {
+  int width = 0, height = 0;
+  std::vector<float> rgba;  ///< 4 * width * height
+
+  Picture() = default;
+  /// Black and transparent.
+  Picture(int widthPixels, int heightPixels)
+      : width(widthPixels), height(heightPixels), rgba(std::size_t{4} * widthPixels * heightPixels) {}
+
+  float* pixel(int x, int y) { return &rgba[4 * (std::size_t{1} * y * width + x)]; }
+  const float* pixel(int x, int y) const { return &rgba[4 * (std::size_t{1} * y * width + x)]; }
+};
+
+/// Key and value, written as text chunks; keys of at most 79 Latin-1 characters.
+using PictureText = std::vector<std::pair<std::string, std::string>>;
+
+/// The view transform, per channel: scene-linear light -> sRGB code value in [0, 1].
+///
+/// Identity up to 0.7, above it an exponential shoulder 0.7 + 0.3 (1 - exp(-(x - 0.7) / 0.3)), continuous
+/// with its first derivative and approaching 1; then the sRGB curve (IEC 61966-2-1). So a palette's colors
+/// come out as given where the light is even, and highlights roll off instead of clipping. NaN and negative
+/// values give 0.
+float displayValue(float linear);
+
+/// Inverse of the sRGB curve alone: "#rrggbb" (0xrrggbb) as scene-linear color.
+Vec3f linearFromSrgb(std::uint32_t rgb);
+
+/// Writes an 8-bit PNG through the view transform, with a fixed pattern of +-1/2 step dither against bands in
+/// soft gradients; RGB when every pixel is opaque, else RGBA. The same picture gives the same bytes. `text`
+/// gets "Software" added. Atomic: the file appears whole or not at all.
+/// @throws Error{Errc::usage} for a picture of no pixels or a buffer of the wrong size; Error{Errc::io} with
+/// the reason when it cannot be written.
+void writePicture(const std::filesystem::path& path, const Picture& picture, const PictureText& text = {});
+
+}  // namespace polestar

@@ -1,0 +1,330 @@
+#include "polestar/map/map_file.h"
+
+#include <xxhash.h>
+
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "polestar/core/atomic_file.h"
+#include "polestar/core/error.h"
+#include "polestar/core/version.h"
+
+namespace polestar {
+namespace {
+
+using nlohmann::json;
+
+constexpr char kMagic[8] = {'P', 'O', 'L', 'E', 'S', 'T', 'A', 'R'};
+constexpr std::uint32_t kFormat = 1;
+constexpr std::size_t kPreamble = sizeof kMagic + 2 * sizeof(std::uint32_t), kAlignment = 64;
+
+std::size_t aligned(std::size_t size) { return (size + kAlignment - 1) / kAlignment * kAlignment; }
+
+class Hasher {
+ public:
+  Hasher() : state_(XXH3_createState()) { XXH3_128bits_reset(state_); }
+  ~Hasher() { XXH3_freeState(state_); }
+  Hasher(const Hasher&) = delete;
+  Hasher& operator=(const Hasher&) = delete;
+  void add(const void* data, std::size_t size) { XXH3_128bits_update(state_, data, size); }
+  std::string hex() const {
+    XXH128_canonical_t canonical;
+    XXH128_canonicalFromHash(&canonical, XXH3_128bits_digest(state_));
+    std::string text;
+    for (const unsigned char byte : canonical.digest) {
+      constexpr const char* kDigits = "0123456789abcdef";
+      text += {kDigits[byte >> 4], kDigits[byte & 15]};
+    }
+    return text;
+  }
+
+ private:
+  XXH3_state_t* state_;
+};
+
+json toJson(const Vec3& v) { return json::array({v[0], v[1], v[2]}); }
+Vec3 toVec3(const json& j) { return {j.at(0).get<double>(), j.at(1).get<double>(), j.at(2).get<double>()}; }
+
+// The arrays of a file, in order; views of memory that the caller keeps.
+class ArrayList {
+ public:
+  template <class T>
+  void add(const std::string& name, std::span<const T> values, std::size_t columns) {
+    static_assert(sizeof(T) % 4 == 0);
+    const bool integers = std::is_same_v<T, Triangle>;
+    description_.push_back({{"name", name},
+                            {"type", integers ? "int32" : "float64"},
+                            {"shape", {values.size_bytes() / (columns * (integers ? 4 : 8)), columns}},
+                            {"offset", offset_}});
+    bytes_.push_back(std::as_bytes(values));
+    offset_ = aligned(offset_ + values.size_bytes());
+  }
+  const json& description() const { return description_; }
+  const std::vector<std::span<const std::byte>>& bytes() const { return bytes_; }
+
+ private:
+  json description_ = json::array();
+  std::vector<std::span<const std::byte>> bytes_;
+  std::size_t offset_ = 0;  // from the end of the aligned header
+};
+
+json describe(const BallMap& map, const MapProvenance& provenance) {
+  const GreenChart& chart = map.chart();
+  const GreenRecord& green = chart.green().record();
+  const ChartReport& report = chart.report();
+  const Frame& frame = chart.green().shape().frame();
+  return {{"format", "polestar/pmap"},
+          {"version", kVersion},
+          {"domain", "ball"},
+          {"source", provenance.source},
+          {"arguments", provenance.arguments},
+          {"center", toJson(frame.origin)},
+          {"unit", frame.unit},
+          {"levels", chart.foliation().levels},
+          {"green",
+           {{"solver", green.summary.solver},
+            {"iterations", green.summary.iterations},
+            {"passes", green.summary.passes},
+            {"residual", green.summary.residual},
+            {"seconds", green.summary.seconds},
+            {"harmonic_radius_inner", green.harmonicRadius},
+            {"charge", green.charge},
+            {"wrong_sign_area", green.wrongSignArea},
+            {"boundary_error",
+             {{"max", green.boundaryError.max},
+              {"rms", green.boundaryError.rms},
+              {"points", green.boundaryError.points},
+              {"worst_inner", toJson(green.boundaryError.worst)},
+              {"kind", green.boundaryError.bound ? "bound" : "sampled"}}}}},
+          {"chart",
+           {{"lines", report.lines},
+            {"deepened", report.deepened},
+            {"failed", report.failed},
+            {"repaired", report.repaired},
+            {"largest_move_inner", report.largestMove},
+            {"evaluations", report.evaluations},
+            {"direction_flips", report.directionFlips},
+            {"seconds", report.seconds}}},
+          {"sphere",
+           {{"kind", map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial"},
+            {"flips", map.sphere().flips},
+            {"qc_mean", map.sphere().qcMean},
+            {"qc_max", map.sphere().qcMax},
+            {"fallback", map.sphere().fallbackReason}}},
+          {"core", map.options().core == CoreMode::smooth ? "smooth" : "paper"},
+          {"core_radius", map.options().coreRadius}};
+}
+
+[[noreturn]] void fail(const std::filesystem::path& path, const std::string& reason) {
+  throw Error(Errc::io, path.string() + ": " + reason);
+}
+
+// A file in memory, its header parsed and its hash verified.
+struct RawFile {
+  std::vector<char> bytes;
+  json header;
+  std::size_t dataBegin = 0;
+};
+
+RawFile readRaw(const std::filesystem::path& path) {
+  std::error_code code;
+  const auto size = std::filesystem::file_size(path, code);
+  std::ifstream in(path, std::ios::binary);
+  if (code || !in) fail(path, "cannot be read; is it a .pmap file made by polestar map?");
+  RawFile raw;
+  raw.bytes.resize(size);
+  if (!in.read(raw.bytes.data(), static_cast<std::streamsize>(size))) fail(path, "cannot be read to its end");
+  std::uint32_t format = 0, length = 0;
+  if (size < kPreamble || std::memcmp(raw.bytes.data(), kMagic, sizeof kMagic) != 0) {
+    fail(path, "is not a .pmap file (no POLESTAR signature)");
+  }
+  std::memcpy(&format, &raw.bytes[sizeof kMagic], sizeof format);
+  std::memcpy(&length, &raw.bytes[sizeof kMagic + sizeof format], sizeof length);
+  if (format != kFormat) {
+    fail(path, "has .pmap format " + std::to_string(format) + ", this program reads " + std::to_string(kFormat) +
+                   "; make the map again with polestar map");
+  }
+  if (kPreamble + length > size) fail(path, "is truncated within its header; make the map again");
+  raw.header = json::parse(raw.bytes.begin() + kPreamble, raw.bytes.begin() + kPreamble + length, nullptr, false);
+  if (!raw.header.is_object() || !raw.header.contains("hash") || !raw.header["hash"].is_string()) {
+    fail(path, "has a damaged header; make the map again");
+  }
+  raw.dataBegin = std::min<std::size_t>(aligned(kPreamble + length), size);
+
+  json unsigned_ = raw.header;
+  unsigned_.erase("hash");
+  const std::string text = unsigned_.dump();
+  Hasher hasher;
+  hasher.add(text.data(), text.size());
+  hasher.add(raw.bytes.data() + raw.dataBegin, raw.bytes.size() - raw.dataBegin);
+  if (hasher.hex() != raw.header["hash"].get<std::string>()) {
+    fail(path, "is damaged or truncated (its hash does not match); make the map again");
+  }
+  return raw;
+}
+
+template <class T>
+std::vector<T> takeArray(const RawFile& raw, const std::filesystem::path& path, const std::string& name,
+                         std::size_t columns, std::size_t expectedRows) {
+  for (const json& entry : raw.header.at("arrays")) {
+    if (entry.at("name") != name) continue;
+    const auto rows = entry.at("shape").at(0).get<std::size_t>(), offset = entry.at("offset").get<std::size_t>();
+    const std::size_t available = raw.bytes.size() - raw.dataBegin;
+    if (entry.at("shape").at(1) != columns || (expectedRows != 0 && rows != expectedRows) || offset > available ||
+        rows > (available - offset) / sizeof(T)) {
+      fail(path, "array '" + name + "' has an impossible size");
+    }
+    std::vector<T> values(rows);
+    if (rows > 0) std::memcpy(static_cast<void*>(values.data()), &raw.bytes[raw.dataBegin + offset], rows * sizeof(T));
+    return values;
+  }
+  fail(path, "array '" + name + "' is missing");
+}
+
+void checkIndices(const TriMesh& mesh, const std::filesystem::path& path) {
+  for (const Triangle& t : mesh.triangles) {
+    for (const std::int32_t v : t) {
+      if (v < 0 || static_cast<std::size_t>(v) >= mesh.vertices.size()) {
+        fail(path, "a triangle names a vertex that is not there");
+      }
+    }
+  }
+}
+
+BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
+  const json& header = raw.header;
+  TriMesh mesh;
+  mesh.vertices = takeArray<Vec3>(raw, path, "vertices", 3, 0);
+  mesh.triangles = takeArray<Triangle>(raw, path, "triangles", 3, 0);
+  const std::size_t n = mesh.vertices.size();
+  checkIndices(mesh, path);
+  StarOptions starOptions;
+  starOptions.center = toVec3(header.at("center"));
+  starOptions.rays = 0;
+  const StarShape shape = verifyStarShape(verifyClosedSurface(std::move(mesh)), starOptions);
+
+  const json& g = header.at("green");
+  GreenRecord record;
+  record.summary.solver = g.at("solver");
+  record.summary.iterations = g.at("iterations");
+  record.summary.passes = g.at("passes");
+  record.summary.residual = g.at("residual");
+  record.summary.seconds = g.at("seconds");
+  record.harmonicRadius = g.at("harmonic_radius_inner");
+  record.charge = g.at("charge");
+  record.wrongSignArea = g.at("wrong_sign_area");
+  const json& e = g.at("boundary_error");
+  record.boundaryError = {e.at("max"), e.at("rms"), e.at("points"), toVec3(e.at("worst_inner")), e.at("kind") == "bound"};
+  TriMesh layer;
+  layer.vertices = takeArray<Vec3>(raw, path, "layer_vertices_inner", 3, 0);
+  layer.triangles = takeArray<Triangle>(raw, path, "layer_triangles", 3, 0);
+  checkIndices(layer, path);
+  std::vector<double> density = takeArray<double>(raw, path, "density", 1, layer.vertices.size());
+  if (layer.vertices.size() < n) fail(path, "the layer has fewer vertices than the surface");
+  GreenFunction green = restoreGreen(shape, std::move(layer), std::move(density), std::move(record));
+
+  auto data = std::make_shared<GreenChart::Data>(GreenChart::Data{green, {}, {}, {}, {}, {}});
+  Foliation& f = data->foliation;
+  f.vertexCount = n;
+  f.triangles = shape.mesh().triangles;
+  f.levels = header.at("levels").get<std::vector<double>>();
+  if (f.levels.size() < 2) fail(path, "has fewer than two levels");
+  const std::size_t nodes = f.centerNode() + 1;
+  f.nodes = takeArray<Vec3>(raw, path, "nodes_inner", 3, nodes);
+  data->h = takeArray<double>(raw, path, "harmonic", 1, nodes);
+  data->gradient = takeArray<Vec3>(raw, path, "harmonic_gradient", 3, nodes);
+  data->directions = takeArray<Vec3>(raw, path, "omega", 3, n);
+  const json& c = header.at("chart");
+  data->report.lines = c.at("lines");
+  data->report.deepened = c.at("deepened");
+  data->report.failed = c.at("failed");
+  data->report.repaired = c.at("repaired");
+  data->report.largestMove = c.at("largest_move_inner");
+  data->report.evaluations = c.at("evaluations");
+  data->report.directionFlips = c.at("direction_flips");
+  data->report.seconds = c.at("seconds");
+  data->report.cells = countCells(f);
+
+  const json& s = header.at("sphere");
+  SphereMap sphere;
+  sphere.kind = s.at("kind") == "conformal" ? SphereMapKind::conformal : SphereMapKind::radial;
+  sphere.directions = takeArray<Vec3>(raw, path, "phi", 3, n);
+  sphere.flips = countFlips(sphere.directions, f.triangles);
+  sphere.qcMean = s.at("qc_mean");
+  sphere.qcMax = s.at("qc_max");
+  sphere.fallbackReason = s.at("fallback");
+  const BallMapOptions options{header.at("core") == "smooth" ? CoreMode::smooth : CoreMode::paper,
+                               header.at("core_radius")};
+  return BallMap(GreenChart(std::move(data)), std::move(sphere), options);
+}
+
+}  // namespace
+
+std::string writeMapFile(const std::filesystem::path& path, const BallMap& map, const MapProvenance& provenance) {
+  const GreenChart& chart = map.chart();
+  const TriMesh& mesh = chart.green().shape().surface().mesh();
+  ArrayList arrays;
+  arrays.add("vertices", std::span(mesh.vertices), 3);
+  arrays.add("triangles", std::span(mesh.triangles), 3);
+  arrays.add("layer_vertices_inner", std::span(chart.green().layerMesh().vertices), 3);
+  arrays.add("layer_triangles", std::span(chart.green().layerMesh().triangles), 3);
+  arrays.add("density", chart.green().density(), 1);
+  arrays.add("nodes_inner", std::span(chart.foliation().nodes), 3);
+  arrays.add("harmonic", chart.harmonic(), 1);
+  arrays.add("harmonic_gradient", chart.harmonicGradient(), 3);
+  arrays.add("omega", chart.directions(), 3);
+  arrays.add("phi", std::span(map.sphere().directions), 3);
+
+  json header = describe(map, provenance);
+  header["arrays"] = arrays.description();
+  const std::string unsigned_ = header.dump();
+  static constexpr char kZeros[kAlignment] = {};
+  auto padding = [](std::size_t size) { return aligned(size) - size; };
+  Hasher hasher;
+  hasher.add(unsigned_.data(), unsigned_.size());
+  for (const auto bytes : arrays.bytes()) {
+    hasher.add(bytes.data(), bytes.size());
+    hasher.add(kZeros, padding(bytes.size()));
+  }
+  const std::string hash = hasher.hex();
+  header["hash"] = hash;
+  const std::string text = header.dump();
+
+  writeAtomically(path, [&](const std::filesystem::path& temporary) {
+    std::ofstream out(temporary, std::ios::binary);
+    const std::uint32_t format = kFormat, length = static_cast<std::uint32_t>(text.size());
+    out.write(kMagic, sizeof kMagic);
+    out.write(reinterpret_cast<const char*>(&format), sizeof format);
+    out.write(reinterpret_cast<const char*>(&length), sizeof length);
+    out.write(text.data(), static_cast<std::streamsize>(text.size()));
+    out.write(kZeros, static_cast<std::streamsize>(padding(kPreamble + text.size())));
+    for (const auto bytes : arrays.bytes()) {
+      out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+      out.write(kZeros, static_cast<std::streamsize>(padding(bytes.size())));
+    }
+    out.close();
+    if (!out) throw Error(Errc::io, "cannot write " + path.string() + ": is the disk full?");
+  });
+  return hash;
+}
+
+MapFile readMapFile(const std::filesystem::path& path) {
+  const RawFile raw = readRaw(path);
+  try {
+    return {restore(raw, path),
+            {raw.header.at("source"), raw.header.at("arguments")},
+            raw.header.at("hash"),
+            raw.header.at("version")};
+  } catch (const json::exception& e) {
+    fail(path, std::string("its header lacks something: ") + e.what());
+  }
+}
+
+MapFileInfo readMapFileInfo(const std::filesystem::path& path) {
+  const RawFile raw = readRaw(path);
+  return {raw.header.value("version", ""), raw.header.at("hash"), raw.header.dump(), raw.bytes.size()};
+}
+
+}  // namespace polestar

@@ -1,0 +1,47 @@
+#pragma once
+// The .pmap file: a map that lasts. It holds everything forward() and inverse() need, in doubles; the grids of a .vdb
+// are a picture of it.
+//
+// Layout (little endian): "POLESTAR", uint32 format (1), uint32 length of the header, the header as JSON, zeros up to a
+// multiple of 64; then the arrays at the offsets that the header names. `hash` in the header is the 128-bit XXH3 of
+// the header without its hash and of all arrays.
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "polestar/map/ball_map.h"
+
+namespace polestar {
+
+struct MapProvenance {
+  std::string source;     ///< the mesh file, as the user named it
+  std::string arguments;  ///< the command line that made the map
+};
+
+/// Writes atomically and returns the hash, 32 hexadecimal digits, which a .vdb made from the map carries.
+/// @throws Error{Errc::io}
+std::string writeMapFile(const std::filesystem::path& path, const BallMap& map, const MapProvenance& provenance = {});
+
+struct MapFile {
+  BallMap map;
+  MapProvenance provenance;
+  std::string hash;
+  std::string version;  ///< of polestar, when it was written
+};
+
+/// Reads and verifies: hash, sizes, and the star test of the stored surface about the stored center.
+/// @throws Error{Errc::io} for a file that is missing, truncated, damaged or of another format;
+/// Error{Errc::invalidSurface / notStarShaped} when the stored surface is not what a map needs.
+MapFile readMapFile(const std::filesystem::path& path);
+
+/// What `polestar info` says of a .pmap, without rebuilding the map.
+struct MapFileInfo {
+  std::string version, hash, headerJson;
+  std::uint64_t bytes = 0;
+};
+/// @throws Error{Errc::io}
+MapFileInfo readMapFileInfo(const std::filesystem::path& path);
+
+}  // namespace polestar

@@ -1,0 +1,201 @@
+#include "polestar/render/soccer_pattern.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "polestar/io/picture.h"
+
+namespace polestar {
+namespace {
+
+constexpr int kBands = 10;
+constexpr int kPanels = 32;
+constexpr double kPanelAngle = 0.72;  // about the width of a panel, radians
+
+/// Face normals over face distances of the truncated icosahedron, scaled to edge length 1: a ray from the
+/// center along u leaves through the face with the largest u . (n / d).
+std::array<Vec3, kPanels> panelForms() {
+  const double g = std::numbers::phi;
+  const double pentagonDistance = 0.5 * std::sqrt((125 + 41 * std::sqrt(5.0)) / 10);
+  const double hexagonDistance = std::sqrt(1.5 * (7 + 3 * std::sqrt(5.0))) / 2;
+  std::array<Vec3, kPanels> forms;
+  int next = 0;
+  // Pentagons face the icosahedron's vertices, hexagons those of the dual dodecahedron.
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double a : {-1.0, 1.0}) {
+      for (const double b : {-g, g}) {
+        Vec3 n = Vec3::Zero();
+        n[(axis + 1) % 3] = a;
+        n[(axis + 2) % 3] = b;
+        forms[next++] = n.normalized() / pentagonDistance;
+      }
+    }
+  }
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 n(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+    forms[next++] = n.normalized() / hexagonDistance;
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double a : {-g, g}) {
+      for (const double b : {-1 / g, 1 / g}) {
+        Vec3 n = Vec3::Zero();
+        n[(axis + 1) % 3] = a;
+        n[(axis + 2) % 3] = b;
+        forms[next++] = n.normalized() / hexagonDistance;
+      }
+    }
+  }
+  // Its mirror planes are the coordinate planes, where people like to cut: a seam within a cut has no width to draw.
+  const Eigen::Quaterniond turn = Eigen::Quaterniond(0.91, 0.24, -0.17, 0.29).normalized();
+  for (Vec3& form : forms) form = turn * form;
+  return forms;
+}
+
+double smoothStep(double low, double high, double x) {
+  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
+Vec3f mix(const Vec3f& a, const Vec3f& b, double share) { return a + static_cast<float>(share) * (b - a); }
+
+/// Share of a pixel at `distance` from the middle of a line of `width` that the line covers.
+double lineCoverage(double distance, double width, double pixel) {
+  const double drawn = std::max(width, pixel);
+  return width / drawn * std::clamp((drawn - distance * 2) / (2 * pixel) + 0.5, 0.0, 1.0);
+}
+
+/// Radius, direction and how fast they change along the tangents.
+struct Polar {
+  double radius, radiusFirst, radiusSecond;
+  Vec3 direction, directionFirst, directionSecond;
+
+  explicit Polar(const PatternPoint& p) : radius(p.ball.norm()) {
+    direction = radius > 0 ? Vec3(p.ball / radius) : Vec3(Vec3::UnitZ());
+    const double safe = std::max(radius, 1e-12);
+    radiusFirst = direction.dot(p.alongFirst);
+    radiusSecond = direction.dot(p.alongSecond);
+    directionFirst = (p.alongFirst - radiusFirst * direction) / safe;
+    directionSecond = (p.alongSecond - radiusSecond * direction) / safe;
+  }
+
+  double radiusSlope() const { return std::max(std::hypot(radiusFirst, radiusSecond), 1e-9); }
+  double directionSlope() const {
+    return std::max(std::sqrt(directionFirst.squaredNorm() + directionSecond.squaredNorm()), 1e-9);
+  }
+};
+
+/// Distance to the nearest seam as a length on the surface, and its gradient there.
+struct Seam {
+  double distance, first, second;
+  Seam(const SoccerPanel& panel, const Polar& polar) {
+    first = panel.seamNormal.dot(polar.directionFirst);
+    second = panel.seamNormal.dot(polar.directionSecond);
+    // Where the seam runs nearly within the surface that is seen, it would cover all of it.
+    const double slope = std::max(std::hypot(first, second), 0.35 * polar.directionSlope());
+    first /= slope;
+    second /= slope;
+    distance = panel.seamDistance / slope;
+  }
+};
+
+}  // namespace
+
+Palette::Palette()
+    : hexagon(linearFromSrgb(0xf2e8d5)),
+      pentagon(linearFromSrgb(0x1d2f4f)),
+      hexagonCore(linearFromSrgb(0xc4583a)),
+      pentagonCore(linearFromSrgb(0x5f8f86)),
+      core(linearFromSrgb(0xe9b44c)),
+      pole(linearFromSrgb(0x1b2033)),
+      line(linearFromSrgb(0x1b2033)),
+      background(linearFromSrgb(0xe6e1d9)),
+      unmapped(linearFromSrgb(0x9a9a9a)) {}
+
+SoccerPanel soccerPanel(const Vec3& direction) {
+  static const std::array<Vec3, kPanels> forms = panelForms();
+  SoccerPanel panel;
+  std::array<double, kPanels> score;
+  for (int i = 0; i < kPanels; ++i) {
+    score[i] = direction.dot(forms[i]);
+    if (score[i] > score[panel.index]) panel.index = i;
+  }
+  const double length = std::max(direction.norm(), 1e-300);
+  panel.seamDistance = 1;
+  for (int i = 0; i < kPanels; ++i) {
+    // Panels on the other side of the ball are no neighbours; their score is far off.
+    if (i == panel.index || score[i] < 0.5 * score[panel.index]) continue;
+    const Vec3 form = forms[panel.index] - forms[i];
+    const double formLength = form.norm();
+    const double distance = (score[panel.index] - score[i]) / (formLength * length);
+    if (distance < panel.seamDistance) {
+      panel.seamDistance = distance;
+      panel.seamNormal = form / formLength;
+    }
+  }
+  return panel;
+}
+
+PatternValue skinPattern(const PatternPoint& point, const Palette& palette) {
+  const Polar polar(point);
+  const SoccerPanel panel = soccerPanel(polar.direction);
+  const Seam seam(panel, polar);
+  const double panelSize = kPanelAngle / polar.directionSlope();
+  const double width = std::min(2.5 * point.lineWidth, 0.12 * panelSize);
+  const double detail = smoothStep(2, 8, panelSize / point.pixel);
+
+  PatternValue value;
+  const Vec3f mean = mix(palette.hexagon, palette.pentagon, 0.3);
+  value.albedo = mix(mean, panel.pentagon() ? palette.pentagon : palette.hexagon, detail);
+  value.albedo = mix(value.albedo, palette.line, detail * lineCoverage(seam.distance, width, point.pixel));
+  // The groove is wider than its dark line, so that light runs along its rims.
+  const double t = seam.distance / width;
+  const double slope = detail * 0.9 * t * std::exp(-t * t);
+  value.slopeFirst = slope * seam.first;
+  value.slopeSecond = slope * seam.second;
+  return value;
+}
+
+PatternValue cutPattern(const PatternPoint& point, const Palette& palette) {
+  const Polar polar(point);
+  const SoccerPanel panel = soccerPanel(polar.direction);
+  const Seam seam(panel, polar);
+  const double spacing = 1.0 / kBands / polar.radiusSlope();
+  const double panelSize = kPanelAngle / polar.directionSlope();
+
+  // Panels: warm towards the center, the skin's colors at the rim; every other band a shade deeper.
+  const int band = std::min(kBands - 1, static_cast<int>(polar.radius * kBands));
+  const double towardsRim = (band + 0.5) / kBands;
+  const Vec3f hexagon = mix(palette.hexagonCore, palette.hexagon, smoothStep(0.1, 0.95, towardsRim));
+  const Vec3f pentagon = mix(palette.pentagonCore, palette.pentagon, smoothStep(0.1, 0.95, towardsRim));
+  const double panels = smoothStep(2, 8, panelSize / point.pixel);
+  const double bands = smoothStep(1.5, 4, spacing / point.pixel);
+  Vec3f color = mix(mix(hexagon, pentagon, 0.3), panel.pentagon() ? pentagon : hexagon, panels);
+  const double shade = band % 2 == 0 ? 1 : 0.8;
+  color *= static_cast<float>(0.9 + bands * (shade - 0.9));
+  if (band == 0) color = palette.core;
+
+  // Lines.
+  if (band > 0) {
+    const double width = std::min(point.lineWidth, 0.06 * panelSize);
+    color = mix(color, palette.line, panels * lineCoverage(seam.distance, width, point.pixel));
+  }
+  const int nearest = static_cast<int>(std::lround(polar.radius * kBands));
+  if (nearest > 0 && nearest < kBands) {
+    const double distance =
+        std::abs(polar.radius - static_cast<double>(nearest) / kBands) / polar.radiusSlope();
+    const double width = std::min(point.lineWidth, 0.15 * spacing);
+    color = mix(color, palette.line, bands * lineCoverage(distance, width, point.pixel));
+  }
+  const double poleRadius = 0.018;
+  const double fromPole = (polar.radius - poleRadius) / polar.radiusSlope();
+  color = mix(color, palette.pole, std::clamp(0.5 - fromPole / point.pixel, 0.0, 1.0));
+
+  PatternValue value;
+  value.albedo = color;
+  return value;
+}
+
+}  // namespace polestar

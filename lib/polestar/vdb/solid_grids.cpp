@@ -1,0 +1,396 @@
+#include "polestar/vdb/solid_grids.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <sstream>
+#include <type_traits>
+
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/Prune.h>
+
+#include "polestar/core/atomic_file.h"
+#include "polestar/core/detail/parallel.h"
+#include "polestar/core/error.h"
+#include "polestar/core/version.h"
+#include "polestar/vdb/detail/mesh_to_level_set.h"
+#include "polestar/vdb/detail/vdb_archive.h"
+
+namespace polestar {
+namespace {
+
+constexpr int kLeafSize = 8;
+constexpr int kLeafVoxels = kLeafSize * kLeafSize * kLeafSize;
+constexpr double kLargestIndex = 1 << 28;  // well inside int32, bands and neighbours included
+
+// Rough bytes of a file's grids, of their peak: `rest`, `green` and one more scalar in leaves over the inside
+// and padding; the band of `surface` and `density`; the columns of the side test and the tree over the
+// triangles.
+double estimateBytes(double volume, double area, const Vec3& extent, const GridOptions& options,
+                     double voxelSize) {
+  const double shell = area / (voxelSize * voxelSize), leafRim = 4;
+  const double attributeVoxels = volume / std::pow(voxelSize, 3) + shell * (options.padding + leafRim);
+  const double bandVoxels = shell * 2 * (options.halfWidth + leafRim);
+  const double columns = extent.x() * extent.y() / (voxelSize * voxelSize);
+  return 20 * attributeVoxels + 20 * bandVoxels + 24 * columns;
+}
+
+double machineMemory() {
+  return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
+}
+
+void checkSize(const TriMesh& surface, const GridOptions& options) {
+  const Vec3 extent = boundingBox(surface).extent();
+  const double longest = extent.maxCoeff();
+  const double dim = longest / options.voxelSize;
+  std::ostringstream message;
+  message.precision(3);
+  if (!(dim > 4 * (1 - 1e-9))) {
+    message << "voxels of " << options.voxelSize << " leave fewer than 4 along a solid of length " << longest
+            << ": choose smaller voxels";
+    throw Error(Errc::usage, message.str());
+  }
+  const double volume = std::abs(volumeProperties(surface).volume), area = surfaceArea(surface);
+  const double limit =
+      options.memoryLimit > 0 ? static_cast<double>(options.memoryLimit) : 0.75 * machineMemory();
+  const auto fits = [&](double d) {
+    return d < kLargestIndex && estimateBytes(volume, area, extent, options, longest / d) <= limit;
+  };
+  if (fits(dim)) return;
+  double low = 0, high = dim;
+  while (high - low > 0.5) {
+    const double middle = 0.5 * (low + high);
+    (fits(middle) ? low : high) = middle;
+  }
+  message << dim << " voxels along the longest side would take about "
+          << estimateBytes(volume, area, extent, options, options.voxelSize) / 1e9 << " GB of the "
+          << limit / 1e9 << " GB allowed: " << static_cast<int>(low) << " would fit";
+  throw Error(Errc::usage, message.str());
+}
+
+// As if read from a file. OpenVDB's constructors refuse scales whose cube is below 3e-15, as if they were
+// zero, and round others on the way through a matrix; the map itself and the format work at any scale.
+openvdb::math::Transform::Ptr makeTransform(double scale, const Vec3& translation) {
+  using openvdb::Vec3d;
+  const Vec3d shift(translation.x(), translation.y(), translation.z()), forward(scale), inverse(1 / scale);
+  std::stringstream bytes;
+  openvdb::writeString(bytes, openvdb::math::UniformScaleTranslateMap::mapType());
+  for (const Vec3d& part : {shift, forward, forward, inverse, inverse * inverse, inverse / 2})
+    part.write(bytes);
+  openvdb::io::setCurrentVersion(bytes);
+  const auto transform = std::make_shared<openvdb::math::Transform>();
+  transform->read(bytes);
+  return transform;
+}
+
+// Mask of the voxels with surface < bound, leaves only.
+openvdb::MaskTree::Ptr voxelsBelow(const openvdb::FloatTree& surface, float bound) {
+  auto mask = std::make_shared<openvdb::MaskTree>();
+  auto tile = surface.cbeginValueAll();
+  for (tile.setMaxDepth(openvdb::FloatTree::ValueAllCIter::LEAF_DEPTH - 1); tile; ++tile) {
+    if (*tile < bound) mask->denseFill(tile.getBoundingBox(), true);
+  }
+  for (auto leaf = surface.cbeginLeaf(); leaf; ++leaf) {
+    const float* values = leaf->buffer().data();
+    if (std::none_of(values, values + kLeafVoxels, [&](float value) { return value < bound; })) continue;
+    auto* target = mask->touchLeaf(leaf->origin());
+    for (openvdb::Index i = 0; i < kLeafVoxels; ++i) {
+      if (values[i] < bound) target->setValueOn(i);
+    }
+  }
+  return mask;
+}
+
+openvdb::FloatTree::Ptr fogOf(const openvdb::FloatTree& surface, double voxelSize) {
+  const auto slope = static_cast<float>(0.5 / voxelSize);
+  const auto ramp = [slope](float distance) { return std::clamp(0.5f - slope * distance, 0.f, 1.f); };
+  auto fog = std::make_shared<openvdb::FloatTree>(surface);
+  auto tile = fog->beginValueAll();
+  for (tile.setMaxDepth(openvdb::FloatTree::ValueAllIter::LEAF_DEPTH - 1); tile; ++tile) {
+    tile.setValue(ramp(*tile));
+    tile.setActiveState(*tile > 0);
+  }
+  std::vector<openvdb::FloatTree::LeafNodeType*> leaves;
+  fog->getNodes(leaves);
+  detail::parallelChunks(leaves.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t l = begin; l < end; ++l) {
+      float* values = leaves[l]->buffer().data();
+      std::transform(values, values + kLeafVoxels, values, ramp);
+      for (openvdb::Index i = 0; i < kLeafVoxels; ++i) leaves[l]->setActiveState(i, values[i] > 0);
+    }
+  });
+  fog->root().setBackground(0, /*updateChildNodes=*/false);
+  openvdb::tools::prune(*fog);
+  return fog;
+}
+
+template <class Tree>
+typename openvdb::Grid<Tree>::Ptr makeGrid(const std::string& name, typename Tree::Ptr tree,
+                                           const openvdb::math::Transform::Ptr& transform,
+                                           openvdb::GridClass kind) {
+  auto grid = openvdb::Grid<Tree>::create(tree);
+  grid->setName(name);
+  grid->setTransform(transform);
+  grid->setGridClass(kind);
+  grid->setCreator(std::string("polestar ") + kVersion);
+  grid->setSaveFloatAsHalf(false);
+  return grid;
+}
+
+openvdb::Metadata::Ptr toOpenVdb(const Metadata& value) {
+  return std::visit(
+      [](const auto& v) -> openvdb::Metadata::Ptr {
+        using Value = std::decay_t<decltype(v)>;
+        if constexpr (std::is_same_v<Value, Vec3>) {
+          return std::make_shared<openvdb::Vec3DMetadata>(openvdb::Vec3d(v.x(), v.y(), v.z()));
+        } else {
+          return std::make_shared<openvdb::TypedMetadata<Value>>(v);
+        }
+      },
+      value);
+}
+
+}  // namespace
+
+void GridOptions::validate() const {
+  if (!(voxelSize > 1e-30 && voxelSize < 1e30)) {
+    throw Error(Errc::usage,
+                "the voxel size must be a positive number of mesh units, between 1e-30 and 1e30");
+  }
+  if (padding < 0 || padding > 64) throw Error(Errc::usage, "the padding must be 0 to 64 voxels");
+  if (halfWidth < 2 || halfWidth > 64)
+    throw Error(Errc::usage, "the half-width of the band must be 2 to 64 voxels");
+}
+
+double voxelSizeFor(const TriMesh& mesh, int dim) {
+  if (dim < 4)
+    throw Error(Errc::usage,
+                "a grid needs at least 4 voxels along the longest side, not " + std::to_string(dim));
+  const double longest = boundingBox(mesh).extent().maxCoeff();
+  if (!(longest > 0)) throw Error(Errc::usage, "the mesh has no extent");
+  return longest / dim;
+}
+
+struct SolidGrids::Impl {
+  GridOptions options;
+  Vec3 origin;  // of voxel (0, 0, 0)'s center
+  openvdb::math::Transform::Ptr transform;
+  openvdb::FloatGrid::Ptr surface;
+  openvdb::MaskTree::Ptr inside, padded;
+  std::size_t insideCount = 0, paddedCount = 0;
+  std::vector<openvdb::GridBase::Ptr> grids;  // in the order of the file, `surface` first
+  std::map<std::string, Metadata> metadata;
+
+  Vec3 toWorld(const Vec3& index) const { return origin + options.voxelSize * index; }
+
+  void checkNewName(const std::string& name) const {
+    if (name.empty() || name.find_first_of(" \t\n") != std::string::npos) {
+      throw Error(Errc::usage,
+                  "'" + name + "' cannot name a grid: other programs need a name without spaces");
+    }
+    for (const auto& grid : grids) {
+      if (grid->getName() == name) throw Error(Errc::usage, "there is a grid '" + name + "' already");
+    }
+  }
+
+  const openvdb::Vec3STree& vectorTree(const std::string& name) const {
+    for (const auto& grid : grids) {
+      if (grid->getName() != name) continue;
+      if (const auto vectors = openvdb::gridConstPtrCast<openvdb::Vec3SGrid>(grid)) return vectors->tree();
+    }
+    throw Error(Errc::usage, "there is no vector grid '" + name + "'");
+  }
+
+  template <class Tree, class Value>
+  typename Tree::Ptr sampleTree(const std::string& name, bool isPadded,
+                                const std::function<void(const VoxelBatch&, std::span<Value>)>& sample,
+                                Context& context) const;
+};
+
+template <class Tree, class Value>
+typename Tree::Ptr SolidGrids::Impl::sampleTree(
+    const std::string& name, bool isPadded,
+    const std::function<void(const VoxelBatch&, std::span<Value>)>& sample, Context& context) const {
+  static_assert(sizeof(Value) == sizeof(typename Tree::ValueType));
+  using Leaf = typename Tree::LeafNodeType;
+  const auto tree = std::make_shared<Tree>(
+      isPadded ? *padded : *inside, openvdb::zeroVal<typename Tree::ValueType>(), openvdb::TopologyCopy());
+  std::vector<Leaf*> leaves;
+  tree->getNodes(leaves);
+
+  const auto fill = [&](Leaf& leaf) {
+    std::array<Vec3, kLeafVoxels> points;
+    std::array<float, kLeafVoxels> distances;
+    std::array<Value, kLeafVoxels> values;
+    values.fill(Value(openvdb::zeroVal<Value>()));
+    std::size_t count = 0;
+    const auto* band = surface->constTree().probeConstLeaf(leaf.origin());
+    const float tile = band ? 0 : surface->constTree().getValue(leaf.origin());
+    for (auto voxel = leaf.cbeginValueOn(); voxel; ++voxel, ++count) {
+      const openvdb::Coord at = voxel.getCoord();
+      points[count] = toWorld(Vec3(at.x(), at.y(), at.z()));
+      distances[count] = band ? band->getValue(voxel.pos()) : tile;
+    }
+    sample({{points.data(), count}, {distances.data(), count}}, {values.data(), count});
+    count = 0;
+    for (auto voxel = leaf.beginValueOn(); voxel; ++voxel, ++count) {
+      if constexpr (std::is_same_v<Value, Vec3f>) {
+        voxel.setValue(openvdb::Vec3s(values[count].data()));
+      } else {
+        voxel.setValue(values[count]);
+      }
+    }
+  };
+  // In portions, since progress is for the thread that drives the loop to report.
+  const std::size_t portion = std::max<std::size_t>(leaves.size() / 100, 64);
+  const std::string stage = "sampling " + name;
+  for (std::size_t done = 0; done < leaves.size(); done += portion) {
+    context.progress(stage, static_cast<double>(done) / static_cast<double>(leaves.size()));
+    const std::size_t end = std::min(leaves.size(), done + portion);
+    detail::parallelChunks(end - done, 1, context,
+                           [&](std::size_t l, std::size_t) { fill(*leaves[done + l]); });
+  }
+  context.progress(stage, 1);
+  return tree;
+}
+
+SolidGrids::SolidGrids(const TriMesh& mesh, const GridOptions& options, Context& context)
+    : impl_(std::make_unique<Impl>()) {
+  options.validate();
+  checkSize(mesh, options);
+  detail::initializeOpenVdb();
+  context.progress("voxelizing", 0);
+  const double h = options.voxelSize;
+  impl_->options = options;
+  impl_->options.halfWidth = std::max(options.halfWidth, options.padding);
+  impl_->origin = boundingBox(mesh).min + Vec3::Constant(0.5 * h);
+  impl_->transform = makeTransform(h, impl_->origin);
+  if (h * h * h < 3e-15) {
+    context.log(LogLevel::warning,
+                "voxels below 1.45e-5 mesh units: OpenVDB reads them, but Blender and others that build a "
+                "matrix of them "
+                "with OpenVDB stop; scale the model up for those");
+  }
+
+  TriMesh inIndexSpace = mesh;
+  for (Vec3& vertex : inIndexSpace.vertices) vertex = (vertex - impl_->origin) / h;
+  const auto surface = detail::meshToLevelSet(inIndexSpace, impl_->options.halfWidth, h, context);
+  impl_->surface =
+      makeGrid<openvdb::FloatTree>("surface", surface, impl_->transform, openvdb::GRID_LEVEL_SET);
+  const auto density =
+      makeGrid<openvdb::FloatTree>("density", fogOf(*surface, h), impl_->transform, openvdb::GRID_FOG_VOLUME);
+  impl_->grids = {impl_->surface, density};
+
+  impl_->inside = voxelsBelow(*surface, 0);
+  impl_->padded = voxelsBelow(*surface, static_cast<float>(options.padding) * static_cast<float>(h));
+  impl_->insideCount = impl_->inside->activeVoxelCount();
+  impl_->paddedCount = impl_->padded->activeVoxelCount();
+  context.progress("voxelizing", 1);
+}
+
+SolidGrids::~SolidGrids() = default;
+SolidGrids::SolidGrids(SolidGrids&&) noexcept = default;
+SolidGrids& SolidGrids::operator=(SolidGrids&&) noexcept = default;
+
+double SolidGrids::voxelSize() const { return impl_->options.voxelSize; }
+std::size_t SolidGrids::insideVoxels() const { return impl_->insideCount; }
+std::size_t SolidGrids::activeVoxels() const { return impl_->paddedCount; }
+Vec3 SolidGrids::indexToWorld(const Vec3& index) const { return impl_->toWorld(index); }
+
+void SolidGrids::addVector(const std::string& name, VectorRole role,
+                           const std::function<void(const VoxelBatch&, std::span<Vec3f>)>& sample,
+                           bool padded, Context& context) {
+  impl_->checkNewName(name);
+  const auto tree = impl_->sampleTree<openvdb::Vec3STree, Vec3f>(name, padded, sample, context);
+  const auto grid = makeGrid<openvdb::Vec3STree>(name, tree, impl_->transform, openvdb::GRID_UNKNOWN);
+  grid->setVectorType(role == VectorRole::invariant ? openvdb::VEC_INVARIANT
+                                                    : openvdb::VEC_CONTRAVARIANT_RELATIVE);
+  impl_->grids.push_back(grid);
+}
+
+void SolidGrids::addScalar(const std::string& name,
+                           const std::function<void(const VoxelBatch&, std::span<float>)>& sample,
+                           bool padded, Context& context) {
+  impl_->checkNewName(name);
+  const auto tree = impl_->sampleTree<openvdb::FloatTree, float>(name, padded, sample, context);
+  impl_->grids.push_back(makeGrid<openvdb::FloatTree>(name, tree, impl_->transform, openvdb::GRID_UNKNOWN));
+}
+
+void SolidGrids::setMetadata(const std::string& key, const Metadata& value) { impl_->metadata[key] = value; }
+
+void SolidGrids::visitBricks(const std::string& vectorGrid,
+                             const std::function<void(std::size_t, const Brick&)>& visit) const {
+  constexpr int count = Brick::kSize * Brick::kSize * Brick::kSize;
+  const openvdb::Vec3STree& vectors = impl_->vectorTree(vectorGrid);
+  const openvdb::FloatTree& surface = impl_->surface->constTree();
+  std::vector<const openvdb::Vec3STree::LeafNodeType*> leaves;
+  vectors.getNodes(leaves);
+  detail::parallelChunks(leaves.size(), 1, [&](std::size_t leafIndex, std::size_t) {
+    std::array<Vec3f, count> values;
+    std::array<float, count> distances;
+    std::array<std::uint8_t, count> active;
+    const openvdb::Coord origin = leaves[leafIndex]->origin();
+    openvdb::tree::ValueAccessor<const openvdb::Vec3STree> vectorAt(vectors);
+    openvdb::tree::ValueAccessor<const openvdb::FloatTree> distanceAt(surface);
+    int i = 0;
+    for (int x = 0; x < Brick::kSize; ++x) {
+      for (int y = 0; y < Brick::kSize; ++y) {
+        for (int z = 0; z < Brick::kSize; ++z, ++i) {
+          const openvdb::Coord at = origin.offsetBy(x, y, z);
+          openvdb::Vec3s value;
+          active[i] = vectorAt.probeValue(at, value);
+          values[i] = Vec3f(value.x(), value.y(), value.z());
+          distances[i] = distanceAt.getValue(at);
+        }
+      }
+    }
+    visit(leafIndex, {{origin.x(), origin.y(), origin.z()}, values, distances, active});
+  });
+}
+
+std::size_t SolidGrids::leafCount(const std::string& vectorGrid) const {
+  return impl_->vectorTree(vectorGrid).leafCount();
+}
+
+void SolidGrids::write(const std::filesystem::path& path) const {
+  openvdb::GridCPtrVec grids;
+  for (const auto& grid : impl_->grids) {
+    // Shares the tree, has metadata of its own. (copyGrid() would round the transform.)
+    const auto copy =
+        std::const_pointer_cast<openvdb::GridBase>(grid->copyGridReplacingTransform(impl_->transform));
+    for (const auto& [key, value] : impl_->metadata) copy->insertMeta(key, *toOpenVdb(value));
+    detail::addFileMetadata(*copy);
+    grids.push_back(copy);
+  }
+  const auto cannotWrite = [&](const std::string& reason) {
+    return Error(Errc::io, "cannot write " + path.string() + ": " + reason);
+  };
+  const auto writeTo = [&](std::iostream& stream) {
+    try {
+      stream.exceptions(std::ios::failbit | std::ios::badbit);
+      detail::writeArchive(stream, grids);
+    } catch (const std::ios_base::failure&) {
+      throw cannotWrite("the disk is full or the device failed");
+    } catch (const openvdb::Exception& error) {
+      throw cannotWrite(error.what());
+    }
+  };
+  if (path == "-") {
+    std::stringstream stream;
+    writeTo(stream);
+    stream.seekg(0);
+    if (!(std::cout << stream.rdbuf() << std::flush)) throw cannotWrite("standard output was closed");
+    return;
+  }
+  writeAtomically(path, [&](const std::filesystem::path& temporary) {
+    std::fstream stream(temporary, std::ios::binary | std::ios::in | std::ios::out | std::ios::trunc);
+    if (!stream) throw cannotWrite(std::generic_category().message(errno));
+    writeTo(stream);
+  });
+}
+
+}  // namespace polestar
