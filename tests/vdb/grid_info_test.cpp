@@ -8,7 +8,7 @@
 #include "polestar/core/error.h"
 #include "polestar/mesh/shapes.h"
 #include "polestar/vdb/solid_grids.h"
-#include "vdb/scratch_folder.h"
+#include "support/scratch_folder.h"
 
 namespace polestar {
 namespace {

@@ -11,7 +11,7 @@
 #include "polestar/mesh/shapes.h"
 #include "polestar/vdb/solid_grids.h"
 #include "vdb/read_vdb.h"
-#include "vdb/scratch_folder.h"
+#include "support/scratch_folder.h"
 
 namespace polestar {
 namespace {

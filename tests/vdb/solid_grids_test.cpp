@@ -16,7 +16,7 @@
 #include "polestar/core/version.h"
 #include "polestar/mesh/shapes.h"
 #include "vdb/read_vdb.h"
-#include "vdb/scratch_folder.h"
+#include "support/scratch_folder.h"
 
 namespace polestar {
 namespace {

@@ -48,7 +48,7 @@ void checkSize(const TriMesh& surface, const GridOptions& options) {
   const double longest = extent.maxCoeff();
   const double dim = longest / options.voxelSize;
   std::ostringstream message;
-  message.precision(3);
+  message.precision(6);
   if (!(dim > 4 * (1 - 1e-9))) {
     message << "voxels of " << options.voxelSize << " leave fewer than 4 along a solid of length " << longest
             << ": choose smaller voxels";
