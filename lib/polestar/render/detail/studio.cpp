@@ -9,8 +9,8 @@ namespace polestar::detail {
 namespace {
 
 constexpr double kKeyRadius = 0.22;     // tangent of the key light's angular radius
-constexpr double kKeyStrength = 0.66;   // of the light on a white surface that faces the key
-constexpr double kDomeStrength = 0.46;  // of the light on a white surface under the open dome
+constexpr double kKeyStrength = 0.80;   // of the light on a white surface that faces the key
+constexpr double kDomeStrength = 0.50;  // of the light on a white surface under the open dome
 constexpr double kBounce = 0.32;        // what a shaded neighbour sends back, relative to the open dome
 constexpr double kFloorBounce = 0.62;   // the same for the floor
 constexpr double kRimStrength = 0.16;
@@ -38,11 +38,12 @@ double fresnel(double cosine) { return 0.04 + 0.96 * std::pow(1 - std::clamp(cos
 
 }  // namespace
 
-Studio::Studio(const Camera& camera, const Vec3& up, double floor, const Vec3f& background)
+Studio::Studio(const Camera& camera, const Vec3& up, double floor, double keySide, const Vec3f& background)
     : up_(up), floor_(floor), background_(background) {
   const Vec3 back = -camera.forward();
-  key_ = (-0.75 * camera.right() + 0.95 * up + 0.75 * back).normalized();
-  rim_ = (0.9 * camera.right() + 0.35 * up - 0.55 * back).normalized();
+  const Vec3 side = (keySide > 0 ? 1 : -1) * camera.right();
+  key_ = (0.7 * side + 0.9 * up + 0.8 * back).normalized();
+  rim_ = (-0.9 * side + 0.35 * up - 0.45 * back).normalized();
   makeBasis(key_, keyRight_, keyUp_);
 }
 
