@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -36,7 +37,8 @@ double randomUnit(std::uint32_t seed, std::uint32_t index) {
 }
 
 Vec3 randomDirection(std::uint32_t seed, std::uint32_t index) {
-  const double z = 2 * randomUnit(seed, 2 * index) - 1, angle = 2 * M_PI * randomUnit(seed, 2 * index + 1);
+  const double z = 2 * randomUnit(seed, 2 * index) - 1,
+               angle = 2 * std::numbers::pi * randomUnit(seed, 2 * index + 1);
   const double r = std::sqrt(1 - z * z);
   return {r * std::cos(angle), r * std::sin(angle), z};
 }
@@ -228,7 +230,7 @@ TriMesh starPolyhedron(int frequency) {
   // Spikes stand over the vertices of an icosahedron; their bases are the faces of the dual dodecahedron, at
   // the distance that makes the flanks of neighbouring spikes continue its faces.
   const TriMesh spikes = icosphere(0);
-  const double base = std::sqrt(3.0) / std::tan(0.4 * M_PI);
+  const double base = std::sqrt(3.0) / std::tan(0.4 * std::numbers::pi);
   TriMesh mesh;
   mesh.vertices = spikes.vertices;
   std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t>
