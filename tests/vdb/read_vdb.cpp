@@ -57,7 +57,8 @@ std::map<std::string, FileGrid> readVdb(const std::filesystem::path& path) {
   openvdb::io::File file(path.string());
   file.open(/*delayLoad=*/false);
   std::map<std::string, FileGrid> grids;
-  for (const openvdb::GridBase::Ptr& grid : *file.getGrids()) {
+  const openvdb::GridPtrVecPtr all = file.getGrids();
+  for (const openvdb::GridBase::Ptr& grid : *all) {
     if (!grids.emplace(grid->getName(), toPlain(grid)).second) {
       throw std::runtime_error("two grids are named " + grid->getName());
     }

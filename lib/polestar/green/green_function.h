@@ -33,9 +33,14 @@ struct BoundaryError {
 };
 
 struct GreenOptions {
-  double tolerance = 1e-6;   ///< relative residual at which GMRES stops
-  int maxIterations = 80;    ///< GMRES, no restarts
-  int neighbours = 30;       ///< size of the local inverses of the preconditioner
+  double residual = 1e-6;   ///< relative, at which GMRES stops
+  int maxIterations = 80;   ///< of GMRES in one pass, no restarts
+  int neighbours = 30;      ///< size of the local inverses of the preconditioner
+  /// Triangles are split for the layer, and the equation solved again, until rho |G| is below this at all samples of
+  /// the surface or a limit is reached: creases and corners need it.
+  double boundaryTolerance = 2e-3;
+  int maxPasses = 6;        ///< solves
+  double growth = 2;        ///< the layer may have this many times the vertices of the surface (and 1000 more)
 
   void validate() const;  ///< @throws Error{Errc::usage}
 };
@@ -43,7 +48,8 @@ struct GreenOptions {
 /// What the solver did.
 struct GreenSummary {
   std::string solver;  ///< "layer"
-  int iterations = 0;
+  int iterations = 0;  ///< over all passes
+  int passes = 0;
   double residual = 0;  ///< relative, at the end
   std::vector<double> residualHistory;
   double seconds = 0;
@@ -65,7 +71,11 @@ class GreenFunction {
  public:
   const StarShape& shape() const { return data_->shape; }
   const HarmonicField& field() const { return *data_->field; }
-  /// Single-layer density at the vertices, per unit area; -density is the density of harmonic measure, so positive.
+  /// The surface as the layer sees it, inner frame: that of shape(), split further where that was needed. Its first
+  /// vertices are those of shape().
+  const TriMesh& layerMesh() const { return *data_->layerMesh; }
+  /// Single-layer density at the vertices of layerMesh(), per unit area; -density is the density of harmonic measure,
+  /// so positive.
   std::span<const double> density() const { return data_->density; }
   const GreenRecord& record() const { return data_->record; }
   double harmonicRadius() const { return data_->record.harmonicRadius; }
@@ -81,24 +91,27 @@ class GreenFunction {
  private:
   struct Data {
     StarShape shape;
+    std::shared_ptr<const TriMesh> layerMesh;
     std::shared_ptr<const HarmonicField> field;
     std::vector<double> density;
     GreenRecord record;
   };
-  friend GreenFunction restoreGreen(StarShape, std::vector<double>, GreenRecord);
+  friend GreenFunction restoreGreen(StarShape, TriMesh, std::vector<double>, GreenRecord);
   explicit GreenFunction(std::shared_ptr<const Data> data) : data_(std::move(data)) {}
   std::shared_ptr<const Data> data_;
 };
 
 /// Green's function by a single layer on the surface's own triangles: h = S sigma, sigma continuous and linear on the
 /// triangles, first-kind equation tested by the vertex-and-centroid rule, analytic integrals near and edge midpoints
-/// far, GMRES with local inverses as preconditioner.
+/// far, GMRES with local inverses as preconditioner, triangles split where the boundary error sits.
 ///
-/// Direct sums: time O(n^2) per iteration (10k vertices: about 0.5 s on two cores), memory O(n).
-/// @throws Error{Errc::notConverged} with the residual history when GMRES does not reach `options.tolerance`.
+/// Direct sums: time O(n^2) per iteration, memory O(n). That the boundary error stays above the tolerance is no
+/// failure: it is measured and reported, and everything downstream depends on it.
+/// @throws Error{Errc::notConverged} with the residual history when GMRES does not reach `options.residual`.
 GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options = {}, Context& context = Context::quiet());
 
 /// The Green's function of a density that was solved before, as a map file keeps it. Nothing is measured again.
-GreenFunction restoreGreen(StarShape shape, std::vector<double> density, GreenRecord record);
+/// `layerMesh` must begin with the vertices of `shape`.
+GreenFunction restoreGreen(StarShape shape, TriMesh layerMesh, std::vector<double> density, GreenRecord record);
 
 }  // namespace polestar

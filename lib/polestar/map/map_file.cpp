@@ -86,6 +86,7 @@ json describe(const BallMap& map, const MapProvenance& provenance) {
           {"green",
            {{"solver", green.summary.solver},
             {"iterations", green.summary.iterations},
+            {"passes", green.summary.passes},
             {"residual", green.summary.residual},
             {"seconds", green.summary.seconds},
             {"harmonic_radius_inner", green.harmonicRadius},
@@ -182,17 +183,23 @@ std::vector<T> takeArray(const RawFile& raw, const std::filesystem::path& path, 
   fail(path, "array '" + name + "' is missing");
 }
 
+void checkIndices(const TriMesh& mesh, const std::filesystem::path& path) {
+  for (const Triangle& t : mesh.triangles) {
+    for (const std::int32_t v : t) {
+      if (v < 0 || static_cast<std::size_t>(v) >= mesh.vertices.size()) {
+        fail(path, "a triangle names a vertex that is not there");
+      }
+    }
+  }
+}
+
 BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   const json& header = raw.header;
   TriMesh mesh;
   mesh.vertices = takeArray<Vec3>(raw, path, "vertices", 3, 0);
   mesh.triangles = takeArray<Triangle>(raw, path, "triangles", 3, 0);
   const std::size_t n = mesh.vertices.size();
-  for (const Triangle& t : mesh.triangles) {
-    for (const std::int32_t v : t) {
-      if (v < 0 || static_cast<std::size_t>(v) >= n) fail(path, "a triangle names a vertex that is not there");
-    }
-  }
+  checkIndices(mesh, path);
   StarOptions starOptions;
   starOptions.center = toVec3(header.at("center"));
   starOptions.rays = 0;
@@ -202,6 +209,7 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   GreenRecord record;
   record.summary.solver = g.at("solver");
   record.summary.iterations = g.at("iterations");
+  record.summary.passes = g.at("passes");
   record.summary.residual = g.at("residual");
   record.summary.seconds = g.at("seconds");
   record.harmonicRadius = g.at("harmonic_radius_inner");
@@ -209,7 +217,13 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   record.wrongSignArea = g.at("wrong_sign_area");
   const json& e = g.at("boundary_error");
   record.boundaryError = {e.at("max"), e.at("rms"), e.at("points"), toVec3(e.at("worst_inner")), e.at("kind") == "bound"};
-  GreenFunction green = restoreGreen(shape, takeArray<double>(raw, path, "density", 1, n), std::move(record));
+  TriMesh layer;
+  layer.vertices = takeArray<Vec3>(raw, path, "layer_vertices_inner", 3, 0);
+  layer.triangles = takeArray<Triangle>(raw, path, "layer_triangles", 3, 0);
+  checkIndices(layer, path);
+  std::vector<double> density = takeArray<double>(raw, path, "density", 1, layer.vertices.size());
+  if (layer.vertices.size() < n) fail(path, "the layer has fewer vertices than the surface");
+  GreenFunction green = restoreGreen(shape, std::move(layer), std::move(density), std::move(record));
 
   auto data = std::make_shared<GreenChart::Data>(GreenChart::Data{green, {}, {}, {}, {}, {}});
   Foliation& f = data->foliation;
@@ -254,6 +268,8 @@ std::string writeMapFile(const std::filesystem::path& path, const BallMap& map, 
   ArrayList arrays;
   arrays.add("vertices", std::span(mesh.vertices), 3);
   arrays.add("triangles", std::span(mesh.triangles), 3);
+  arrays.add("layer_vertices_inner", std::span(chart.green().layerMesh().vertices), 3);
+  arrays.add("layer_triangles", std::span(chart.green().layerMesh().triangles), 3);
   arrays.add("density", chart.green().density(), 1);
   arrays.add("nodes_inner", std::span(chart.foliation().nodes), 3);
   arrays.add("harmonic", chart.harmonic(), 1);

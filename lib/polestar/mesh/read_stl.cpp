@@ -1,6 +1,5 @@
 // Stereolithography files, text and binary: a soup of triangles, each with three vertices of its own.
-#include <cctype>
-#include <cmath>
+#include <algorithm>
 #include <cstdint>
 
 #include "polestar/mesh/detail/raw_bytes.h"
@@ -58,9 +57,15 @@ class TextStl {
     builder_.reserve(source.bytes.size() / 80, source.bytes.size() / 240);
   }
 
+  /// Whether the word is `keyword`, in capitals or not.
+  static bool is(std::string_view word, std::string_view keyword) {
+    return word.size() == keyword.size() && std::equal(word.begin(), word.end(), keyword.begin(),
+                                                       [](char a, char b) { return (a | 0x20) == b; });
+  }
+
   MeshFile parse() {
     while (lines_.nextFullLine()) {
-      while (!lines_.atLineEnd()) statement(lowered(lines_.word()));
+      while (!lines_.atLineEnd()) statement(lines_.word());
     }
     if (inSolid_) {
       lines_.fail("the file ends after " + std::to_string(triangles_) +
@@ -70,29 +75,23 @@ class TextStl {
   }
 
  private:
-  static std::string lowered(std::string_view word) {
-    std::string result(word.substr(0, 16));
-    for (char& c : result) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return result;
-  }
-
-  void statement(const std::string& word) {
-    if (word == "vertex") {
+  void statement(std::string_view word) {
+    if (is(word, "vertex")) {
       addVertex();
-    } else if (word == "endloop") {
+    } else if (is(word, "endloop")) {
       endLoop();
-    } else if (word == "facet") {
+    } else if (is(word, "facet")) {
       // The normal is the triangle's own business; exporters write anything there, NaN included.
       lines_.skipLine();
-    } else if (word == "outer") {
+    } else if (is(word, "outer")) {
       lines_.word();
       corners_ = 0;
       inLoop_ = true;
-    } else if (word == "solid" || word == "endsolid") {
-      if (inLoop_) lines_.fail("'" + word + "' inside a loop; the file is damaged, export it again");
-      inSolid_ = word == "solid";
+    } else if (is(word, "solid") || is(word, "endsolid")) {
+      if (inLoop_) lines_.fail(excerpt(word) + " inside a loop; the file is damaged, export it again");
+      inSolid_ = is(word, "solid");
       lines_.skipLine();
-    } else if (word != "endfacet") {
+    } else if (!is(word, "endfacet")) {
       lines_.fail(excerpt(word) + " is no word of a text STL; the file is damaged, export it again");
     }
   }
@@ -137,8 +136,7 @@ MeshFile parseStl(const MeshSource& source) {
   const std::string_view bytes = source.bytes;
   const bool binary = hasBinaryStlSize(bytes) || bytes.substr(0, 1024).find('\0') != bytes.npos;
   const std::string_view start = bytes.substr(0, bytes.find_first_not_of(" \t\r\n"));
-  const std::string_view word = bytes.substr(start.size(), 5);
-  const bool text = word == "solid" || word == "SOLID" || word == "Solid";
+  const bool text = TextStl::is(bytes.substr(start.size(), 5), "solid");
   return !binary && text ? TextStl(source).parse() : parseBinary(source);
 }
 

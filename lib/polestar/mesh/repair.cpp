@@ -1,10 +1,10 @@
 #include "polestar/mesh/repair.h"
 
 #include <algorithm>
-#include <tuple>
 #include <utility>
 
 #include "polestar/core/error.h"
+#include "polestar/mesh/detail/duplicates.h"
 #include "polestar/mesh/detail/edge_table.h"
 #include "polestar/mesh/detail/orient.h"
 #include "polestar/mesh/detail/weld.h"
@@ -105,25 +105,11 @@ class Repair {
   }
 
   void dropDuplicates() {
-    struct Entry {
-      Triangle sorted;
-      std::int32_t triangle;
-    };
-    std::vector<Entry> entries(mesh_.triangles.size());
-    for (std::size_t t = 0; t < entries.size(); ++t) {
-      entries[t] = {mesh_.triangles[t], static_cast<std::int32_t>(t)};
-      std::sort(entries[t].sorted.begin(), entries[t].sorted.end());
-    }
-    std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
-      return std::tie(a.sorted, a.triangle) < std::tie(b.sorted, b.triangle);
-    });
-    for (std::size_t i = 1; i < entries.size(); ++i) {
-      if (entries[i].sorted != entries[i - 1].sorted) continue;
-      mesh_.triangles[entries[i].triangle][0] = -1;
-      ++report_.duplicateTriangles;
-    }
-    if (report_.duplicateTriangles > 0)
-      std::erase_if(mesh_.triangles, [](const Triangle& t) { return t[0] < 0; });
+    const std::vector<std::int32_t> again = detail::duplicateTriangles(mesh_);
+    if (again.empty()) return;
+    report_.duplicateTriangles = again.size();
+    for (const std::int32_t t : again) mesh_.triangles[t][0] = -1;
+    std::erase_if(mesh_.triangles, [](const Triangle& t) { return t[0] < 0; });
   }
 
   void dropUnused() {

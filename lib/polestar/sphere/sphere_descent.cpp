@@ -16,6 +16,9 @@ constexpr std::size_t kHistory = 8;
 constexpr double kArmijo = 1e-4;
 /// Relative change of the energy that is rounding and no news.
 constexpr double kEnergyNoise = 1e-13;
+/// A displacement (radians) at which long needles let rounding stop the descent; beyond it a stop is a
+/// failure.
+constexpr double kRoundingFloor = 1e-6;
 
 double dot(const Field& a, const Field& b) {
   return reduceChunks(
@@ -84,6 +87,7 @@ DescentResult descendOnSpheres(const SphereEnergy& energy, std::vector<Vec3>& po
   DescentResult result;
   Field gradient(n), trial(n), trialGradient(n);
   std::deque<Pair> history;
+  bool stalled = false;
 
   result.energy = energy.evaluate(points, gradient);
   makeTangent(gradient, points);
@@ -111,6 +115,7 @@ DescentResult descendOnSpheres(const SphereEnergy& energy, std::vector<Vec3>& po
     for (int tries = 0; tries < 40 && !accepted; ++tries, step *= accepted ? 1 : 0.5) {
       forEach(n, [&](std::size_t i) { trial[i] = (points[i] + step * direction[i]).normalized(); });
       value = energy.evaluate(trial, trialGradient);
+      ++result.evaluations;
       if (!std::isfinite(value)) continue;
       makeTangent(trialGradient, trial);
       const double noise = kEnergyNoise * std::abs(result.energy);
@@ -118,7 +123,8 @@ DescentResult descendOnSpheres(const SphereEnergy& energy, std::vector<Vec3>& po
                  (value <= result.energy + noise && std::abs(dot(trialGradient, direction)) <= -0.9 * slope);
     }
     if (!accepted) {
-      if (history.empty()) break;
+      stalled = history.empty();
+      if (stalled) break;
       history.clear();
       continue;
     }
@@ -141,6 +147,8 @@ DescentResult descendOnSpheres(const SphereEnergy& energy, std::vector<Vec3>& po
       if (history.size() > kHistory) history.pop_front();
     }
   }
+  // The line search failed from a fresh start: rounding is all that is left, or the tolerance is beyond it.
+  result.converged = result.converged || (stalled && result.remaining < kRoundingFloor);
   return result;
 }
 

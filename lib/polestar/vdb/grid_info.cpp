@@ -1,44 +1,17 @@
 // readGridInfo: what a .vdb holds, of ours or of others, with truncated files caught before OpenVDB reads
 // their trees.
 
-#include <openvdb/io/Archive.h>
-#include <openvdb/io/GridDescriptor.h>
 #include <openvdb/io/Stream.h>
 
 #include <fstream>
 
 #include "polestar/core/error.h"
 #include "polestar/vdb/detail/vdb_archive.h"
+#include "polestar/vdb/detail/vdb_structure.h"
 #include "polestar/vdb/solid_grids.h"
 
 namespace polestar {
 namespace {
-
-// Follows the grid offsets through the file.
-class StructureCheck : public openvdb::io::Archive {
- public:
-  /// @throws Error{Errc::io} when a grid ends beyond the end of the file; what OpenVDB throws on a bad
-  /// header.
-  void run(std::istream& stream, std::int64_t fileSize) {
-    readHeader(stream);
-    if (!inputHasGridOffsets()) return;  // written to a pipe; only reading all of it will tell
-    setFormatVersion(stream);
-    setLibraryVersion(stream);
-    openvdb::MetaMap().readMeta(stream);
-    std::int64_t end = stream.tellg();
-    for (std::int32_t left = readGridCount(stream); left > 0; --left) {
-      openvdb::io::GridDescriptor descriptor;
-      descriptor.read(stream);
-      if (descriptor.getEndPos() < end || descriptor.getEndPos() > fileSize) {
-        throw Error(Errc::io, "grid " + descriptor.gridName() + " ends at byte " +
-                                  std::to_string(descriptor.getEndPos()) + " of " + std::to_string(fileSize) +
-                                  ": the file is truncated or damaged");
-      }
-      end = descriptor.getEndPos();
-      descriptor.seekToEnd(stream);
-    }
-  }
-};
 
 GridInfo describe(const openvdb::GridBase& grid) {
   GridInfo info;
@@ -73,13 +46,14 @@ std::vector<GridInfo> readGridInfo(const std::filesystem::path& path) {
   try {
     std::ifstream stream(path, std::ios::binary);
     if (!stream) throw Error(Errc::io, std::generic_category().message(errno));
-    stream.exceptions(std::ios::failbit | std::ios::badbit);
-    StructureCheck().run(stream, static_cast<std::int64_t>(std::filesystem::file_size(path)));
+    detail::checkVdbStructure(stream, static_cast<std::int64_t>(std::filesystem::file_size(path)));
     stream.seekg(0);
+    stream.exceptions(std::ios::failbit | std::ios::badbit);
 
     openvdb::io::Stream reader(stream, /*delayLoad=*/false);
     std::vector<GridInfo> infos;
-    for (const openvdb::GridBase::Ptr& grid : *reader.getGrids()) infos.push_back(describe(*grid));
+    const openvdb::GridPtrVecPtr grids = reader.getGrids();
+    for (const openvdb::GridBase::Ptr& grid : *grids) infos.push_back(describe(*grid));
     return infos;
   } catch (const Error& error) {
     throw Error(Errc::io, prefix + error.what());

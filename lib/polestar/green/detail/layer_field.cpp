@@ -117,6 +117,24 @@ void LayerQuadrature::nearRow(const Vec3& x, std::vector<Entry>& row) const {
   row.resize(kept);
 }
 
+double LayerQuadrature::nearPotential(const Vec3& x, std::span<const double> density) const {
+  double sum = 0;
+  nearTree_.visitContaining(x, [&](std::size_t t) {
+    NearWeight weight;
+    if (!nearWeight(t, x, weight)) return false;
+    const std::array<double, 3> hat = hatPotentials(triangles_[t], x);
+    double exact = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double sigma = density[corners_[t][k]], next = density[corners_[t][(k + 1) % 3]];
+      exact += sigma * hat[k] - area(t) / 6 * (sigma + next) /
+                                    std::sqrt((x - midpoints_[edgeOf_[t][k]]).squaredNorm() + squaredSoftening_);
+    }
+    sum += weight.value * exact;
+    return false;
+  });
+  return sum;
+}
+
 void LayerQuadrature::addNear(const Vec3& x, std::span<const double> density, double& potential, Vec3& gradient) const {
   nearTree_.visitContaining(x, [&](std::size_t t) {
     NearWeight weight;
@@ -153,6 +171,13 @@ void LayerField::evaluate(std::span<const Vec3> points, std::span<double> h, std
   } else {
     parallelChunks(points.size(), kPointBlock, block);
   }
+}
+
+void LayerField::evaluatePotential(std::span<const Vec3> points, std::span<double> h, const Context& context) const {
+  parallelChunks(points.size(), kPointBlock, context, [&](std::size_t begin, std::size_t end) {
+    sumPotential(charges_, points.subspan(begin, end - begin), h.subspan(begin, end - begin));
+    for (std::size_t i = begin; i < end; ++i) h[i] += quadrature_->nearPotential(points[i], density_);
+  });
 }
 
 }  // namespace polestar::detail

@@ -44,7 +44,9 @@ class LayerQuadrature {
   };
   void nearRow(const Vec3& x, std::vector<Entry>& row) const;
 
-  /// Adds to potential and gradient at `x` what the far field misses for this density.
+  /// What the far field misses at `x` for this density.
+  double nearPotential(const Vec3& x, std::span<const double> density) const;
+  /// Adds the same to potential and gradient.
   void addNear(const Vec3& x, std::span<const double> density, double& potential, Vec3& gradient) const;
 
  private:
@@ -73,6 +75,8 @@ class LayerField final : public HarmonicField {
  public:
   LayerField(std::shared_ptr<const LayerQuadrature> quadrature, std::vector<double> density);
   void evaluate(std::span<const Vec3> points, std::span<double> h, std::span<Vec3> gradient) const override;
+  /// h alone, at half the price.
+  void evaluatePotential(std::span<const Vec3> points, std::span<double> h, const Context& context) const;
 
  private:
   std::shared_ptr<const LayerQuadrature> quadrature_;
@@ -83,12 +87,12 @@ class LayerField final : public HarmonicField {
 /// Result of the first-kind equation  S sigma = -1/|x|  on a surface around the origin.
 struct LayerSolution {
   std::vector<double> density;
-  GreenSummary summary;
+  std::vector<double> residualHistory;  ///< relative, one an iteration
 };
 
-/// GMRES with local inverses; see solveGreen. Deterministic for any number of threads.
+/// GMRES with local inverses, from `initial` (empty: from 0); see solveGreen. Deterministic for any number of threads.
 /// @throws Error{Errc::notConverged}
-LayerSolution solveLayer(const TriMesh& mesh, const LayerQuadrature& quadrature, const GreenOptions& options,
-                         Context& context);
+LayerSolution solveLayer(const TriMesh& mesh, const LayerQuadrature& quadrature, const std::vector<double>& initial,
+                         const GreenOptions& options, Context& context);
 
 }  // namespace polestar::detail

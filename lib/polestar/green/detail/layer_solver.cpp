@@ -1,7 +1,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 
@@ -187,28 +186,30 @@ std::string formatHistory(const std::vector<double>& history) {
 
 }  // namespace
 
-LayerSolution solveLayer(const TriMesh& mesh, const LayerQuadrature& quadrature, const GreenOptions& options,
-                         Context& context) {
-  const auto startTime = std::chrono::steady_clock::now();
-  context.progress("solving for the Green's function", 0);
+LayerSolution solveLayer(const TriMesh& mesh, const LayerQuadrature& quadrature, const std::vector<double>& initial,
+                         const GreenOptions& options, Context& context) {
   LayerEquation equation(mesh, quadrature, context);
   const LocalInverse inverse(mesh.vertices, equation.lumpedArea(), options.neighbours, context);
 
   // Right-preconditioned GMRES without restarts, Givens rotations on the fly. [Saad & Schultz 1986]
   const int maxIterations = options.maxIterations;
-  const VectorXd rhs = equation.rightHandSide();
-  const double norm = rhs.norm();
-  std::vector<VectorXd> basis{rhs / norm}, directions;
+  VectorXd rest = equation.rightHandSide();
+  const double scale = rest.norm();  // residuals are relative to the right-hand side, wherever we start from
+  VectorXd density = VectorXd::Zero(rest.size());
+  if (!initial.empty()) {
+    density = Eigen::Map<const VectorXd>(initial.data(), static_cast<Eigen::Index>(initial.size()));
+    rest -= equation.apply(density, context);
+  }
+  std::vector<VectorXd> basis{rest.normalized()}, directions;
   Eigen::MatrixXd hessenberg = Eigen::MatrixXd::Zero(maxIterations + 1, maxIterations);
   VectorXd cosine(maxIterations), sine(maxIterations), projected = VectorXd::Zero(maxIterations + 1);
-  projected[0] = norm;
+  projected[0] = rest.norm();
 
   LayerSolution solution;
-  GreenSummary& summary = solution.summary;
-  summary.solver = "layer";
-  summary.residual = 1;
+  double residual = rest.norm() / scale;
+  const double first = residual;
   int k = 0;
-  while (k < maxIterations && summary.residual > options.tolerance) {
+  while (k < maxIterations && residual > options.residual) {
     directions.push_back(inverse.apply(basis[k], equation.lumpedArea()));
     VectorXd w = equation.apply(directions[k], context);
     for (int j = 0; j <= k; ++j) {
@@ -230,23 +231,19 @@ LayerSolution solveLayer(const TriMesh& mesh, const LayerQuadrature& quadrature,
     projected[k + 1] = -sine[k] * projected[k];
     projected[k] *= cosine[k];
     ++k;
-    summary.residual = std::abs(projected[k]) / norm;
-    summary.residualHistory.push_back(summary.residual);
+    residual = std::abs(projected[k]) / scale;
+    solution.residualHistory.push_back(residual);
     if (!(length > 0)) break;
     basis.push_back(w / length);
     context.progress("solving for the Green's function",
-                     std::min(0.99, std::log(summary.residual) / std::log(options.tolerance)));
+                     std::clamp(std::log(residual / first) / std::log(options.residual / first), 0.0, 1.0));
   }
   const VectorXd y = hessenberg.topLeftCorner(k, k).triangularView<Eigen::Upper>().solve(projected.head(k));
-  VectorXd density = VectorXd::Zero(rhs.size());
   for (int j = 0; j < k; ++j) density += y[j] * directions[j];
   solution.density.assign(density.data(), density.data() + density.size());
-
-  summary.iterations = k;
-  summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - startTime).count();
-  if (!(summary.residual <= options.tolerance)) {
+  if (!(residual <= options.residual)) {
     throw Error(Errc::notConverged,
-                "the Green's function did not converge: residual " + formatHistory(summary.residualHistory) +
+                "the Green's function did not converge: residual " + formatHistory(solution.residualHistory) +
                     " after " + std::to_string(k) +
                     " iterations; the mesh probably has needles or nearly touching sheets: remesh it more evenly");
   }

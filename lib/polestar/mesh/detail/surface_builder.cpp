@@ -6,6 +6,11 @@
 #include "polestar/mesh/detail/triangulate.h"
 
 namespace polestar::detail {
+namespace {
+
+constexpr std::int64_t kMostVertices = std::numeric_limits<std::int32_t>::max();
+
+}  // namespace
 
 void SurfaceBuilder::reserve(std::size_t vertices, std::size_t triangles) {
   vertices_.reserve(vertices);
@@ -41,7 +46,7 @@ void SurfaceBuilder::addPolygon(std::span<const std::int64_t> corners, std::size
 }
 
 std::int32_t SurfaceBuilder::checked(std::int64_t index, std::size_t place) {
-  if (index < 0 || index >= std::numeric_limits<std::int32_t>::max()) failIndex(index, place);
+  if (index < 0 || index >= kMostVertices) failIndex(index, place);
   const auto narrow = static_cast<std::int32_t>(index);
   if (narrow > largestIndex_) {
     largestIndex_ = narrow;
@@ -51,17 +56,15 @@ std::int32_t SurfaceBuilder::checked(std::int64_t index, std::size_t place) {
 }
 
 void SurfaceBuilder::failIndex(std::int64_t index, std::size_t place) const {
-  const auto first = static_cast<std::int64_t>(habits_.firstIndex);
-  const auto count = static_cast<std::int64_t>(vertices_.size());
-  std::string range = count == 0 ? " but there are no vertices"
-                                 : " but vertices run from " + std::to_string(first) + " to " +
-                                       std::to_string(first + count - 1);
-  // Nothing is said about the range while vertices may still follow.
-  if (index < 0) range = " which no vertex has";
-  const std::string shown =
-      std::to_string(index > std::numeric_limits<std::int64_t>::max() - 1 ? index : index + first);
-  source_.fail(std::string(habits_.place) + " " + std::to_string(place) + ": a face names vertex " + shown +
-               "," + range + "; the file is damaged, export it again");
+  const std::int64_t first = habits_.firstIndex, count = static_cast<std::int64_t>(vertices_.size());
+  std::string range =
+      count == 0 ? "there are no vertices"
+                 : "vertices run from " + std::to_string(first) + " to " + std::to_string(first + count - 1);
+  // While the file is being read more vertices may follow; then only what no file can hold is an error.
+  if (index < 0 || index >= kMostVertices) range = "no vertex can have that number";
+  const std::int64_t shown = index < kMostVertices ? index + first : index;
+  source_.fail(std::string(habits_.place) + " " + std::to_string(place) + ": a face names vertex " +
+               std::to_string(shown) + ", but " + range + "; the file is damaged, export it again");
 }
 
 MeshFile SurfaceBuilder::finish() {

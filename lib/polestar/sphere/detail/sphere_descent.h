@@ -32,9 +32,10 @@ struct DescentOptions {
 
 struct DescentResult {
   int iterations = 0;
+  int evaluations = 0;  ///< of the energy, line searches included
   double energy = 0;
-  double remaining = 0;  ///< largest entry of the last preconditioned gradient
-  bool converged = false;
+  double remaining = 0;    ///< largest entry of the last preconditioned gradient
+  bool converged = false;  ///< to the tolerance, or to 1e-6 where rounding allowed no more
 };
 
 /// Moves `points` downhill in place; the energy must be finite at the start and never rises beyond rounding.

@@ -14,14 +14,14 @@ namespace polestar::detail {
 namespace {
 
 /// Everything that the steps of one inspection share.
-struct Scene {
+struct StarProblem {
   const TriMesh& mesh;
   Frame working;
   HalfSpaces halfSpaces;
   LargestMargin largest;
   Vec3 centroid;  ///< of the solid, working frame
 
-  explicit Scene(const TriMesh& surface)
+  explicit StarProblem(const TriMesh& surface)
       : mesh(surface),
         working(workingFrame(surface)),
         halfSpaces(surface, working),
@@ -34,67 +34,68 @@ struct JudgedCenter {
   ExactVerdict verdict;
 };
 
-JudgedCenter judge(const Scene& scene, const Vec3& center, const Context& context) {
-  return {center, judgeCenter(scene.mesh, center, scene.working.unit, context)};
+JudgedCenter judge(const StarProblem& problem, const Vec3& center, const Context& context) {
+  return {center, judgeCenter(problem.mesh, center, problem.working.unit, context)};
 }
 
 // The paper's center kept off the kernel's rim; if rounding spoils it, the point of largest margin; if there
 // is neither, the one that misses least.
-JudgedCenter findCenter(const Scene& scene, double marginShare, const Context& context) {
-  if (scene.largest.margin > 0) {
-    const ClosestCenter closest = closestCenter(scene.halfSpaces, scene.centroid,
-                                                marginShare * scene.largest.margin, scene.largest.workingSet);
-    JudgedCenter judged = judge(scene, scene.working.toWorld(closest.center), context);
+JudgedCenter findCenter(const StarProblem& problem, double marginShare, const Context& context) {
+  if (problem.largest.margin > 0) {
+    const ClosestCenter closest =
+        closestCenter(problem.halfSpaces, problem.centroid, marginShare * problem.largest.margin,
+                      problem.largest.workingSet);
+    JudgedCenter judged = judge(problem, problem.working.toWorld(closest.center), context);
     if (judged.verdict.star()) return judged;
   }
-  JudgedCenter judged = judge(scene, scene.working.toWorld(scene.largest.center), context);
+  JudgedCenter judged = judge(problem, problem.working.toWorld(problem.largest.center), context);
   // Faces that wind twice or have no area stay so for any center.
-  if (judged.verdict.star() || scene.largest.margin > 0) return judged;
-  const Vec3 leastBad = leastBadCenter(scene.mesh, scene.working, scene.halfSpaces,
-                                       {scene.largest.center, scene.centroid}, context);
-  return judge(scene, scene.working.toWorld(leastBad), context);
+  if (judged.verdict.star() || problem.largest.margin > 0) return judged;
+  const Vec3 leastBad = leastBadCenter(problem.mesh, problem.working, problem.halfSpaces,
+                                       {problem.largest.center, problem.centroid}, context);
+  return judge(problem, problem.working.toWorld(leastBad), context);
 }
 
 // The faces that carry the largest margin, if by themselves they keep it negative.
-std::vector<std::int32_t> witnesses(const Scene& scene) {
+std::vector<std::int32_t> witnesses(const StarProblem& problem) {
   std::vector<std::int32_t> faces;
-  for (const ActiveFace& a : scene.largest.active) faces.push_back(a.face);
-  if (scene.largest.bound >= 0 || largestMargin(scene.halfSpaces, faces).bound >= 0) return {};
+  for (const ActiveFace& a : problem.largest.active) faces.push_back(a.face);
+  if (problem.largest.bound >= 0 || largestMargin(problem.halfSpaces, faces).bound >= 0) return {};
   std::sort(faces.begin(), faces.end());
   return faces;
 }
 
-StarReport describe(const Scene& scene, const JudgedCenter& judged) {
+StarReport describe(const StarProblem& problem, const JudgedCenter& judged) {
   StarReport report;
-  const double unit = scene.working.unit;
+  const double unit = problem.working.unit;
   report.star = judged.verdict.star();
   report.center = judged.center;
-  const double slack = unit * scene.halfSpaces.tightest(scene.working.toInner(judged.center)).slack;
+  const double slack = unit * problem.halfSpaces.tightest(problem.working.toInner(judged.center)).slack;
   // The sign is the predicates' to say; a rounded distance must not contradict it.
   report.centerMargin = judged.verdict.badFaces.empty() ? std::max(0.0, slack) : std::min(0.0, slack);
-  report.margin = std::max(unit * scene.largest.margin, report.centerMargin);
-  report.marginRelative = report.margin / boundingBox(scene.mesh).diagonal();
+  report.margin = std::max(unit * problem.largest.margin, report.centerMargin);
+  report.marginRelative = report.margin / boundingBox(problem.mesh).diagonal();
   double badArea = 0;
-  for (const std::int32_t f : judged.verdict.badFaces) badArea += scene.halfSpaces.area(f);
-  report.badAreaFraction = badArea / scene.halfSpaces.totalArea();
+  for (const std::int32_t f : judged.verdict.badFaces) badArea += problem.halfSpaces.area(f);
+  report.badAreaFraction = badArea / problem.halfSpaces.totalArea();
   return report;
 }
 
-void explain(const Scene& scene, const JudgedCenter& judged, const StarOptions& options,
+void explain(const StarProblem& problem, const JudgedCenter& judged, const StarOptions& options,
              const Context& context, StarReport& report) {
-  report.witnessFaces = witnesses(scene);
+  report.witnessFaces = witnesses(problem);
   std::optional<BadPatch> patch;
   if (!judged.verdict.badFaces.empty()) {
-    patch = largestBadPatch(scene.mesh, scene.halfSpaces, scene.working.toInner(judged.center),
+    patch = largestBadPatch(problem.mesh, problem.halfSpaces, problem.working.toInner(judged.center),
                             judged.verdict.badFaces);
     const std::size_t face = static_cast<std::size_t>(patch->deepestFace);
-    report.badPlace =
-        scene.mesh.corner(face, 0) / 3 + scene.mesh.corner(face, 1) / 3 + scene.mesh.corner(face, 2) / 3;
+    report.badPlace = problem.mesh.corner(face, 0) / 3 + problem.mesh.corner(face, 1) / 3 +
+                      problem.mesh.corner(face, 2) / 3;
   }
   std::optional<StarReport> alternative;
-  if (options.center && scene.largest.margin > 0) {
-    const JudgedCenter other = findCenter(scene, options.marginShare, context);
-    if (other.verdict.star()) alternative = describe(scene, other);
+  if (options.center && problem.largest.margin > 0) {
+    const JudgedCenter other = findCenter(problem, options.marginShare, context);
+    if (other.verdict.star()) alternative = describe(problem, other);
   }
   report.reason = whyNotStar(report, judged.verdict, patch, options.center.has_value(), alternative);
 }
@@ -103,22 +104,22 @@ void explain(const Scene& scene, const JudgedCenter& judged, const StarOptions& 
 
 Inspection inspectMesh(const TriMesh& mesh, const StarOptions& options, Context& context) {
   options.validate();
-  context.progress("looking for a center", 0);
-  const Scene scene(mesh);
+  context.progress("testing star-ness", 0);
+  const StarProblem problem(mesh);
   context.throwIfCancelled();
-  JudgedCenter judged = options.center ? judge(scene, *options.center, context)
-                                       : findCenter(scene, options.marginShare, context);
+  JudgedCenter judged = options.center ? judge(problem, *options.center, context)
+                                       : findCenter(problem, options.marginShare, context);
   Inspection inspection;
-  inspection.report = describe(scene, judged);
-  if (!inspection.report.star) explain(scene, judged, options, context, inspection.report);
+  inspection.report = describe(problem, judged);
+  if (!inspection.report.star) explain(problem, judged, options, context, inspection.report);
   if (options.rays > 0) {
-    context.progress("counting rays", 0.3);
+    context.progress("testing star-ness", 0.3);
     const RayCount rays = countRayHits(judged.verdict.mesh, options.rays, context);
     inspection.report.rays = {rays.count, rays.failed};
   }
   inspection.inner = std::move(judged.verdict.mesh);
   inspection.frame = judged.verdict.frame;
-  context.progress("looking for a center", 1);
+  context.progress("testing star-ness", 1);
   return inspection;
 }
 

@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <numeric>
 #include <string>
+#include <type_traits>
+#include <vector>
 
 #include "polestar/core/detail/parallel.h"
 #include "polestar/core/error.h"
@@ -112,8 +114,8 @@ bool crossesOnce(HitList& list, const TriMesh& mesh) {
   return true;
 }
 
-bool meetsOnce(RTCScene scene, const TriMesh& mesh, const Vec3& direction) {
-  if (direction.isZero(0)) return false;
+// Every hit of the ray from the origin along its whole length.
+void shoot(RTCScene scene, const Vec3& direction, HitList& list) {
   RTCRayHit query{};
   query.ray.dir_x = static_cast<float>(direction[0]);
   query.ray.dir_y = static_cast<float>(direction[1]);
@@ -123,8 +125,20 @@ bool meetsOnce(RTCScene scene, const TriMesh& mesh, const Vec3& direction) {
   query.ray.mask = ~0u;
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  HitList list;
+  list.size = 0;
   rtcIntersect1(scene, &list.context, &query);
+}
+
+bool meetsOnce(RTCScene scene, const TriMesh& mesh, const Vec3& direction) {
+  if (direction.isZero(0)) return false;
+  HitList list;
+  shoot(scene, direction, list);
+  if (list.size == 0) {
+    // Aimed at a vertex, a ray can slip between its faces by rounding. A hole would let the neighbouring ray
+    // through too.
+    const Vec3 aside = direction.unitOrthogonal() * (1e-5 * direction.norm());
+    shoot(scene, direction + aside, list);
+  }
   return crossesOnce(list, mesh);
 }
 
@@ -138,24 +152,27 @@ Vec3 spiralDirection(std::size_t i, std::size_t n) {
 
 }  // namespace
 
-RayCount countRayHits(const TriMesh& inner, int sphereRays, const Context& context) {
+RayCount countRayHits(const TriMesh& inner, std::size_t count,
+                      const std::function<Vec3(std::size_t)>& direction, const Context& context) {
   const Device device(rtcNewDevice(nullptr));
   if (!device) throwOnFailure(nullptr);
   const Scene scene = buildScene(device.get(), inner);
-  const std::size_t faces = inner.triangles.size(), spread = static_cast<std::size_t>(sphereRays);
-  std::vector<std::size_t> failed((faces + spread + kChunk - 1) / kChunk, 0);
-  parallelChunks(faces + spread, kChunk, context, [&](std::size_t begin, std::size_t end) {
+  std::vector<std::size_t> failed((count + kChunk - 1) / kChunk, 0);
+  parallelChunks(count, kChunk, context, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Vec3 direction =
-          i < faces ? Vec3(inner.corner(i, 0) + inner.corner(i, 1) + inner.corner(i, 2)).normalized()
-                    : spiralDirection(i - faces, spread);
-      if (!meetsOnce(scene.get(), inner, direction)) ++failed[begin / kChunk];
+      if (!meetsOnce(scene.get(), inner, direction(i))) ++failed[begin / kChunk];
     }
   });
-  RayCount result;
-  result.count = faces + spread;
-  for (const std::size_t part : failed) result.failed += part;
-  return result;
+  return {count, std::accumulate(failed.begin(), failed.end(), std::size_t{0})};
+}
+
+RayCount countRayHits(const TriMesh& inner, int sphereRays, const Context& context) {
+  const std::size_t faces = inner.triangles.size(), spread = static_cast<std::size_t>(sphereRays);
+  auto direction = [&](std::size_t i) {
+    return i < faces ? Vec3((inner.corner(i, 0) + inner.corner(i, 1) + inner.corner(i, 2)).normalized())
+                     : spiralDirection(i - faces, spread);
+  };
+  return countRayHits(inner, faces + spread, direction, context);
 }
 
 }  // namespace polestar::detail

@@ -116,6 +116,8 @@ std::string whyNotStar(const StarReport& report, const ExactVerdict& verdict,
                      point(report.center) + ", misses " + whereHidden(report, verdict, patch) + ".";
   if (!report.witnessFaces.empty()) {
     text += " Faces " + list(report.witnessFaces) + " alone rule out every center.";
+  } else {
+    text += " The planes of the surface meet in a point or line without room around it.";
   }
   return text +
          " Smooth or fill what is hidden there (nostrils, ears, folds), or cut the body into star-shaped "

@@ -1,0 +1,31 @@
+#pragma once
+// What a subcommand is, and the road that all of them take from the command line to an exit code.
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "cli/session.h"
+
+namespace polestar::cli {
+
+class Command {
+ public:
+  struct Description {
+    std::string name;
+    std::string summary;  ///< one line, for the list of commands
+    std::string output;   ///< what -o means here
+    std::string example;  ///< ends the help
+  };
+
+  virtual ~Command() = default;
+  virtual Description description() const = 0;
+  /// Adds options beyond the common ones. They are stored in the command itself.
+  virtual void addOptions(CLI::App& app) = 0;
+  /// Does the work and fills the session's answer. @throws Error for everything that is not success.
+  virtual void run(Session& session) = 0;
+};
+
+/// Parses the command line, runs the command that it names and returns the exit code.
+int runCommandLine(const std::vector<std::unique_ptr<Command>>& commands, int argc, const char* const* argv);
+
+}  // namespace polestar::cli

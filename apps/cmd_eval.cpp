@@ -1,0 +1,97 @@
+// polestar eval: ball coordinates, Green's function and its gradient at given points.
+
+#include <cmath>
+
+#include "cli/dry_run.h"
+#include "cli/map_input.h"
+#include "cli/points.h"
+#include "cli/solid_input.h"
+#include "cli/text.h"
+#include "commands.h"
+#include "polestar/core/error.h"
+
+namespace polestar::cli {
+namespace {
+
+/// NaN where a point lies outside.
+struct Values {
+  std::vector<Vec3> ball;
+  std::vector<double> green;   ///< 1/mesh unit; +infinity at the center
+  std::vector<Vec3> gradient;  ///< 1/mesh unit^2
+};
+
+Json numberOrNull(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+Json pointOrNull(const Vec3& point) { return point.allFinite() ? toJson(point) : Json(); }
+
+void fillAnswer(const std::vector<Vec3>& points, const Values& values, Session& session) {
+  Json& json = session.json();
+  for (const char* name : {"points", "ball", "green", "gradient"}) json[name] = Json::array();
+  std::string& text = session.text();
+  text = "# x y z  ball_x ball_y ball_z  green  gradient_x gradient_y gradient_z\n";
+  const auto append = [&](const Vec3& vector) {
+    for (int axis = 0; axis < 3; ++axis) text += (axis ? " " : "") + exactNumber(vector[axis]);
+  };
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (session.options().json) {
+      json["points"].push_back(toJson(points[i]));
+      json["ball"].push_back(pointOrNull(values.ball[i]));
+      json["green"].push_back(numberOrNull(values.green[i]));
+      json["gradient"].push_back(pointOrNull(values.gradient[i]));
+      continue;
+    }
+    append(points[i]);
+    text += "  ";
+    append(values.ball[i]);
+    text += "  " + exactNumber(values.green[i]) + "  ";
+    append(values.gradient[i]);
+    text += "\n";
+  }
+}
+
+class EvalCommand final : public Command {
+ public:
+  Description description() const override {
+    return {"eval", "Ball coordinates, Green's function and its gradient at points of a solid",
+            "Write the answer to FILE instead of standard output",
+            "polestar eval asteroid.obj --points points.txt --json"};
+  }
+
+  void addOptions(CLI::App& app) override {
+    app.add_option("INPUT", input_, "A mesh, or a map: a .pmap, or the .vdb beside it")
+        ->required()
+        ->type_name("");
+    app.add_option("--points", pointsFile_,
+                   "File of lines \"x y z\" (blanks or commas), mesh units; - is standard input")
+        ->required()
+        ->type_name("FILE");
+    addMapOptions(app, choices_);
+  }
+
+  void run(Session& session) override {
+    session.addInput(input_);
+    session.addInput(pointsFile_);
+    session.sendAnswerToOutput();
+    if (session.options().dryRun) return describePlan(session);
+    const std::vector<Vec3> points = readPoints(pointsFile_, session.context());
+    if (points.empty())
+      throw Error(Errc::io, pointsFile_.string() + " holds no points; give lines such as 0.5 -1 2e-3");
+    fillAnswer(points, evaluate(points, session), session);
+  }
+
+ private:
+  /// The library's values at the points.
+  Values evaluate(const std::vector<Vec3>& points, Session& session) const {
+    if (!isMapName(input_)) inspectSolid(input_, StarOptions{.center = choices_.center}, session);
+    throw Error(Errc::notConverged,
+                "this build ends before " + std::to_string(points.size()) + " points are evaluated");
+  }
+
+  std::filesystem::path input_, pointsFile_;
+  MapChoices choices_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeEvalCommand() { return std::make_unique<EvalCommand>(); }
+
+}  // namespace polestar::cli

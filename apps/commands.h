@@ -1,0 +1,16 @@
+#pragma once
+// The subcommands, one source file each.
+
+#include <memory>
+
+#include "cli/command.h"
+
+namespace polestar::cli {
+
+std::unique_ptr<Command> makeCheckCommand();
+std::unique_ptr<Command> makeMapCommand();
+std::unique_ptr<Command> makeEvalCommand();
+std::unique_ptr<Command> makeInfoCommand();
+std::unique_ptr<Command> makeRenderCommand();
+
+}  // namespace polestar::cli

@@ -1,0 +1,15 @@
+// polestar: the command-line tool. Every subcommand lives in its own cmd_<name>.cpp; what they share is in
+// cli/.
+
+#include "commands.h"
+
+int main(int argc, char** argv) {
+  using namespace polestar::cli;
+  std::vector<std::unique_ptr<Command>> commands;
+  commands.push_back(makeCheckCommand());
+  commands.push_back(makeMapCommand());
+  commands.push_back(makeEvalCommand());
+  commands.push_back(makeInfoCommand());
+  commands.push_back(makeRenderCommand());
+  return runCommandLine(commands, argc, argv);
+}

@@ -1,0 +1,18 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds, and runs every test; arguments go to ctest, such as -R star.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+bash "$root/apps/setup.sh"
+
+if [[ -z ${POLESTAR_MESHES:-} && -d $root/../shared/meshes ]]; then
+  POLESTAR_MESHES=$(cd "$root/../shared/meshes" && pwd)
+  echo "tests: POLESTAR_MESHES is ../shared/meshes beside the checkout"
+elif [[ -z ${POLESTAR_MESHES:-} ]]; then
+  echo "tests: POLESTAR_MESHES is not set and there is no ../shared/meshes: tests on real meshes are skipped"
+fi
+export POLESTAR_MESHES=${POLESTAR_MESHES:-}
+export CCACHE_BASEDIR=${CCACHE_BASEDIR:-$root} CCACHE_NOHASHDIR=${CCACHE_NOHASHDIR:-1}
+
+cd "$root"
+exec ctest --preset release -j2 --timeout 900 "$@"
