@@ -39,23 +39,14 @@ TEST(FlipRepair, UnfoldsAPatchAndLeavesTheRestAlone) {
   EXPECT_LT(detail::angleDistortion(mesh, repaired).mean, detail::angleDistortion(mesh, good).mean + 1e-3);
 }
 
-TEST(FlipRepair, ReportsWhatItCannotMend) {
-  // The mirror image has degree -1; no motion within degree -1 makes a triangle positive, let alone all.
-  TriMesh mesh = icosphere(2);
+TEST(FlipRepair, ChangesNothingWhenItFails) {
+  const TriMesh mesh = icosphere(2);
   std::vector<Vec3> mirrored = mesh.vertices;
   for (Vec3& s : mirrored) s[2] = -s[2];
-  // Only some vertices may move in a patch, so keep the patch from being everything: flip one side only.
-  std::vector<Vec3> folded = mesh.vertices;
-  for (Vec3& s : folded) s[2] = std::abs(s[2]);  // degree 0: lower half folded onto the upper one
-  for (std::vector<Vec3> directions : {mirrored, folded}) {
-    const std::vector<Vec3> before = directions;
-    const auto outcome = repairFlips(mesh, detail::vertexAreaShares(mesh), 0, directions, Context::quiet());
-    if (outcome.repaired) {
-      EXPECT_EQ(countFlips(directions, mesh.triangles), 0u);
-    } else {
-      EXPECT_TRUE(directions == before);
-    }
-  }
+  std::vector<Vec3> directions = mirrored;
+  const auto outcome = repairFlips(mesh, detail::vertexAreaShares(mesh), 0, directions, Context::quiet());
+  EXPECT_FALSE(outcome.repaired);
+  EXPECT_TRUE(directions == mirrored);
 }
 
 TEST(FlipRepair, SaysWhenDoublesDoNotResolveTheImage) {

@@ -157,6 +157,8 @@ TEST(SolidGrids, WritesMetadataOnEveryGrid) {
     EXPECT_EQ(grid.creator, std::string("polestar ") + kVersion);
     EXPECT_FALSE(grid.halfFloats);
     EXPECT_EQ(grid.metadata.at("is_saved_as_half_float"), "bool false");
+    EXPECT_EQ(grid.metadata.at("file_voxel_count"), "int64 " + std::to_string(grid.activeCount));
+    EXPECT_EQ(grid.metadata.at("file_compression"), "string blosc + active values");
     EXPECT_EQ(grid.metadata.at("polestar:domain"), "string ball");
     EXPECT_THAT(grid.metadata.at("polestar:harmonic_radius"), StartsWith("double 0.33333"));
     EXPECT_EQ(grid.metadata.at("polestar:charges"), "int64 1099511627776");

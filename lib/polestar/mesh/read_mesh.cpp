@@ -32,8 +32,6 @@ MeshSource load(const std::filesystem::path& path) {
   if (static_cast<std::uintmax_t>(in.gcount()) != size) {
     source.failAtByte(static_cast<std::size_t>(in.gcount()), "reading stopped; is the disk in order?");
   }
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  if (source.bytes.starts_with(kByteOrderMark)) source.bytes.erase(0, kByteOrderMark.size());
   return source;
 }
 
@@ -58,7 +56,9 @@ std::string_view firstWord(const MeshSource& source) {
 
 }  // namespace
 
-MeshFile parseMesh(const MeshSource& source) {
+MeshFile parseMesh(MeshSource source) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (source.bytes.starts_with(kByteOrderMark)) source.bytes.erase(0, kByteOrderMark.size());
   const std::string_view bytes = source.bytes;
   if (bytes.starts_with("\x1F\x8B") || bytes.starts_with("PK\x03\x04") ||
       bytes.starts_with("\x28\xB5\x2F\xFD")) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdio>
+#include <numbers>
 #include <string>
 #include <utility>
 
@@ -17,6 +18,9 @@ namespace polestar::detail {
 namespace {
 
 constexpr const char* kStage = "mapping the surface to the sphere";
+/// Share of the sphere's area below which the inscribed polyhedron says little about a map: the minimum may
+/// then be degenerate, and rounding of the vertices decides which map is found.
+constexpr double kLeastCovered = 0.9;
 /// Widths, in edges, of the patches around flipped triangles that may move.
 constexpr std::array kRepairRings{2, 5, 12};
 
@@ -83,7 +87,7 @@ class ConformalSolver {
     context_.progress(kStage, 0);
     directions_ = radial_.directions;
     centerByMoebius(directions_, areas_);
-    const DirichletEnergy energy(intrinsicDelaunayLaplacian(mesh_), areas_);
+    const DirichletEnergy energy(intrinsicDelaunayLaplacian(mesh_), areas_, mesh_.vertices);
     context_.progress(kStage, 0.5);
     const DescentResult descent =
         descendOnSpheres(energy, directions_, {options_.maxIterations, options_.tolerance}, context_);
@@ -92,6 +96,13 @@ class ConformalSolver {
                                       formatted(" iterations to energy %.9g, remaining step %.2g",
                                                 descent.energy, descent.remaining));
     centerAndAlign(directions_);
+    // The energy bounds the area of the polyhedron between the images from above.
+    const double covered = descent.energy / (4 * std::numbers::pi);
+    if (descent.converged && covered < kLeastCovered) {
+      return formatted(
+          "the mesh is too coarse (its image has %.3g of the sphere's area, less than %.3g: subdivide)",
+          covered, kLeastCovered);
+    }
     if (descent.converged) return {};
     return "the descent stopped after " + std::to_string(descent.iterations) +
            formatted(" iterations with directions still moving by %.2g rad (wanted %.2g)", descent.remaining,

@@ -21,10 +21,12 @@ std::vector<double> preconditionerShift(const std::vector<double>& massShares) {
 
 }  // namespace
 
-DirichletEnergy::DirichletEnergy(Laplacian laplacian, std::vector<double> massShares)
+DirichletEnergy::DirichletEnergy(Laplacian laplacian, std::vector<double> massShares,
+                                 std::span<const Vec3> positions)
     : laplacian_(std::move(laplacian)),
       massShares_(std::move(massShares)),
-      preconditioner_(std::make_unique<ShiftedLaplacian>(laplacian_, preconditionerShift(massShares_))) {}
+      preconditioner_(
+          std::make_unique<ShiftedLaplacian>(laplacian_, preconditionerShift(massShares_), positions)) {}
 
 double DirichletEnergy::evaluate(std::span<const Vec3> points, std::span<Vec3> gradient) const {
   struct Sums {

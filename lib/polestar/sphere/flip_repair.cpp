@@ -196,6 +196,8 @@ class FlipFreeEnergy final : public SphereEnergy {
         }
       }
     }
+    std::vector<Vec3> places;
+    for (const std::int32_t v : free_) places.push_back(positions_[v]);
     Laplacian laplacian;
     laplacian.rowStart.assign(free_.size() + 1, 0);
     for (const auto& [rowColumn, weight] : entries) {
@@ -204,7 +206,7 @@ class FlipFreeEnergy final : public SphereEnergy {
       laplacian.weight.push_back(weight);
     }
     std::partial_sum(laplacian.rowStart.begin(), laplacian.rowStart.end(), laplacian.rowStart.begin());
-    preconditioner_ = std::make_unique<ShiftedLaplacian>(laplacian, shift);
+    preconditioner_ = std::make_unique<ShiftedLaplacian>(laplacian, shift, places);
   }
 
   std::vector<Vec3> positions_;

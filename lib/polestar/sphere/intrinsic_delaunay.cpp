@@ -14,8 +14,8 @@ namespace {
 
 /// Edges whose cotangents sum to less than this are flipped; above it they count as cocircular.
 constexpr double kDelaunaySlack = -1e-9;
-/// Triangle inequalities hold by at least this share of the mean edge length: just beyond the rounding of lengths. A
-/// needle of height h has h^2 to spare, so this touches only those below 1e-6.
+/// Triangle inequalities hold by at least this share of the mean edge length: just beyond the rounding of
+/// lengths. A needle of height h has h^2 to spare, so this touches only those below 1e-6.
 constexpr double kMollification = 1e-13;
 
 /// Twice the area of a triangle with these sides, accurate for needles [Kahan].

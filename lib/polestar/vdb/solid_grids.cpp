@@ -27,11 +27,9 @@ constexpr int kLeafSize = 8;
 constexpr int kLeafVoxels = kLeafSize * kLeafSize * kLeafSize;
 constexpr double kLargestIndex = 1 << 28;  // well inside int32, bands and neighbours included
 
-// --- Memory
-// -----------------------------------------------------------------------------------------------------
-
 // Rough bytes of a file's grids, of their peak: `rest`, `green` and one more scalar in leaves over the inside
-// and padding; the band of `surface`, `density` and the mesh tool's own trees; the columns of the side test.
+// and padding; the band of `surface` and `density`; the columns of the side test and the tree over the
+// triangles.
 double estimateBytes(double volume, double area, const Vec3& extent, const GridOptions& options,
                      double voxelSize) {
   const double shell = area / (voxelSize * voxelSize), leafRim = 4;
@@ -49,10 +47,12 @@ void checkSize(const TriMesh& surface, const GridOptions& options) {
   const Vec3 extent = boundingBox(surface).extent();
   const double longest = extent.maxCoeff();
   const double dim = longest / options.voxelSize;
+  std::ostringstream message;
+  message.precision(3);
   if (!(dim > 4 * (1 - 1e-9))) {
-    throw Error(Errc::usage, "voxels of " + std::to_string(options.voxelSize) +
-                                 " leave fewer than 4 along a solid of length " + std::to_string(longest) +
-                                 ": choose smaller voxels");
+    message << "voxels of " << options.voxelSize << " leave fewer than 4 along a solid of length " << longest
+            << ": choose smaller voxels";
+    throw Error(Errc::usage, message.str());
   }
   const double volume = std::abs(volumeProperties(surface).volume), area = surfaceArea(surface);
   const double limit =
@@ -61,22 +61,16 @@ void checkSize(const TriMesh& surface, const GridOptions& options) {
     return d < kLargestIndex && estimateBytes(volume, area, extent, options, longest / d) <= limit;
   };
   if (fits(dim)) return;
-  double low = 1, high = dim;
-  for (int i = 0; i < 64 && high - low > 0.5; ++i) {
+  double low = 0, high = dim;
+  while (high - low > 0.5) {
     const double middle = 0.5 * (low + high);
     (fits(middle) ? low : high) = middle;
   }
-  std::ostringstream message;
-  message.precision(3);
   message << dim << " voxels along the longest side would take about "
           << estimateBytes(volume, area, extent, options, options.voxelSize) / 1e9 << " GB of the "
-          << limit / 1e9 << " GB allowed: " << std::fixed << std::setprecision(0) << std::floor(low)
-          << " would fit";
+          << limit / 1e9 << " GB allowed: " << static_cast<int>(low) << " would fit";
   throw Error(Errc::usage, message.str());
 }
-
-// --- Transform
-// --------------------------------------------------------------------------------------------------
 
 // As if read from a file. OpenVDB's constructors refuse scales whose cube is below 3e-15, as if they were
 // zero, and round others on the way through a matrix; the map itself and the format work at any scale.
@@ -92,9 +86,6 @@ openvdb::math::Transform::Ptr makeTransform(double scale, const Vec3& translatio
   transform->read(bytes);
   return transform;
 }
-
-// --- Topology
-// ---------------------------------------------------------------------------------------------------
 
 // Mask of the voxels with surface < bound, leaves only.
 openvdb::MaskTree::Ptr voxelsBelow(const openvdb::FloatTree& surface, float bound) {
@@ -136,9 +127,6 @@ openvdb::FloatTree::Ptr fogOf(const openvdb::FloatTree& surface, double voxelSiz
   openvdb::tools::prune(*fog);
   return fog;
 }
-
-// --- Grids and metadata
-// -----------------------------------------------------------------------------------------
 
 template <class Tree>
 typename openvdb::Grid<Tree>::Ptr makeGrid(const std::string& name, typename Tree::Ptr tree,
@@ -371,8 +359,11 @@ std::size_t SolidGrids::leafCount(const std::string& vectorGrid) const {
 void SolidGrids::write(const std::filesystem::path& path) const {
   openvdb::GridCPtrVec grids;
   for (const auto& grid : impl_->grids) {
-    const auto copy = grid->copyGrid();  // shares the tree, has metadata of its own
+    // Shares the tree, has metadata of its own. (copyGrid() would round the transform.)
+    const auto copy =
+        std::const_pointer_cast<openvdb::GridBase>(grid->copyGridReplacingTransform(impl_->transform));
     for (const auto& [key, value] : impl_->metadata) copy->insertMeta(key, *toOpenVdb(value));
+    detail::addFileMetadata(*copy);
     grids.push_back(copy);
   }
   const auto cannotWrite = [&](const std::string& reason) {

@@ -1,6 +1,7 @@
 #include "polestar/vdb/detail/vdb_archive.h"
 
 #include <openvdb/io/Archive.h>
+#include <openvdb/io/GridDescriptor.h>
 #include <xxhash.h>
 
 #include <array>
@@ -13,12 +14,42 @@
 namespace polestar::detail {
 namespace {
 
-// OpenVDB's own writers take a file name (and do not see a full disk) or cannot seek.
+constexpr std::uint32_t kCompression = openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK;
+
+// OpenVDB's own writer, openvdb::io::Archive::write, copies every grid and with it the transform, which
+// rounds the voxel size and refuses a small one. This writes the same layout from the grids as they are.
 class Archive : public openvdb::io::Archive {
  public:
-  Archive() { setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK); }
+  Archive() { setCompression(kCompression); }
+
   void writeTo(std::ostream& stream, const openvdb::GridCPtrVec& grids) const {
-    openvdb::io::Archive::write(stream, grids, /*seekable=*/true);
+    writeHeader(stream, /*seekable=*/true);
+    openvdb::MetaMap().writeMeta(stream);
+    const auto count = static_cast<std::int32_t>(grids.size());
+    stream.write(reinterpret_cast<const char*>(&count), sizeof count);
+    for (const auto& grid : grids) writeOne(stream, *grid);
+    openvdb::io::setGridBackgroundValuePtr(stream, nullptr);
+  }
+
+ private:
+  void writeOne(std::ostream& stream, const openvdb::GridBase& grid) const {
+    openvdb::io::GridDescriptor descriptor(grid.getName(), grid.type(), grid.saveFloatAsHalf());
+    descriptor.writeHeader(stream);
+    const auto offsetsAt = stream.tellp();
+    descriptor.writeStreamPos(stream);  // room for the offsets
+
+    descriptor.setGridPos(stream.tellp());
+    setGridCompression(stream, grid);
+    grid.writeMeta(stream);
+    grid.writeTransform(stream);
+    grid.writeTopology(stream);
+    descriptor.setBlockPos(stream.tellp());
+    grid.writeBuffers(stream);
+    descriptor.setEndPos(stream.tellp());
+
+    stream.seekp(offsetsAt);
+    descriptor.writeStreamPos(stream);
+    descriptor.seekToEnd(stream);
   }
 };
 
@@ -50,6 +81,12 @@ XXH128_hash_t digestFrom(std::iostream& stream, std::streamoff begin, std::strea
 }  // namespace
 
 void initializeOpenVdb() { openvdb::initialize(); }
+
+void addFileMetadata(openvdb::GridBase& grid) {
+  grid.addStatsMetadata();
+  grid.insertMeta(openvdb::GridBase::META_FILE_COMPRESSION,
+                  openvdb::StringMetadata(openvdb::io::compressionToString(kCompression)));
+}
 
 void writeArchive(std::iostream& stream, const openvdb::GridCPtrVec& grids) {
   Archive archive;

@@ -1,6 +1,8 @@
 #include "polestar/mesh/detail/boundary_loops.h"
 
 #include <algorithm>
+#include <unordered_map>
+#include <utility>
 
 namespace polestar::detail {
 namespace {
@@ -26,7 +28,7 @@ class LoopTracer {
         start = other(mate(start));
         if (start.side == static_cast<std::int32_t>(i)) break;
       }
-      holes.push_back(trace(start, used));
+      trace(start, used, holes);
     }
     return holes;
   }
@@ -102,21 +104,44 @@ class LoopTracer {
     }
   }
 
-  Hole trace(End start, std::vector<char>& used) const {
-    Hole hole;
-    for (End at = start; !used[at.side];) {
+  /// Follows the chain from `start`; where it comes back to one of its vertices, a loop is complete and cut
+  /// out. Two holes that touch in a vertex are two loops.
+  void trace(End start, std::vector<char>& used, std::vector<Hole>& holes) const {
+    std::vector<std::int32_t> path;
+    std::unordered_map<std::int32_t, std::size_t> position;
+    End at = start;
+    for (;;) {
+      const std::int32_t v = vertexOf(at);
+      const auto seen = position.find(v);
+      if (seen != position.end()) {
+        const auto loop = path.begin() + static_cast<std::ptrdiff_t>(seen->second);
+        for (auto member = loop; member != path.end(); ++member) position.erase(*member);
+        holes.push_back(measured({loop, path.end()}, true));
+        path.erase(loop, path.end());
+      }
+      position[v] = path.size();
+      path.push_back(v);
+      if (used[at.side]) return;
       used[at.side] = 1;
-      hole.vertices.push_back(vertexOf(at));
-      hole.length += (mesh_.vertices[vertexOf(other(at))] - mesh_.vertices[vertexOf(at)]).norm();
       const End next = mate(other(at));
       if (next.side < 0) {
-        hole.vertices.push_back(vertexOf(other(at)));
-        break;
+        path.push_back(vertexOf(other(at)));
+        holes.push_back(measured(std::move(path), false));
+        return;
       }
       at = next;
     }
-    for (const std::int32_t v : hole.vertices) hole.center += mesh_.vertices[v];
-    hole.center /= static_cast<double>(hole.vertices.size());
+  }
+
+  Hole measured(std::vector<std::int32_t> vertices, bool closed) const {
+    Hole hole;
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      const Vec3& here = mesh_.vertices[vertices[i]];
+      hole.center += here / static_cast<double>(vertices.size());
+      if (closed || i > 0)
+        hole.length += (here - mesh_.vertices[vertices[i > 0 ? i - 1 : vertices.size() - 1]]).norm();
+    }
+    hole.vertices = std::move(vertices);
     return hole;
   }
 

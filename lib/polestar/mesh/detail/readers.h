@@ -7,7 +7,7 @@
 namespace polestar::detail {
 
 /// What readMesh does once the file is in memory. @throws Error{Errc::io}
-MeshFile parseMesh(const MeshSource& source);
+MeshFile parseMesh(MeshSource source);
 
 MeshFile parseObj(const MeshSource& source);
 MeshFile parsePly(const MeshSource& source);

@@ -87,7 +87,7 @@ class EarClipper {
     const std::int32_t p = previous_[i], n = next_[i];
     const Vec2 &a = points_[p], &b = points_[i], &c = points_[n];
     for (const std::int32_t r : reflex_) {
-      --budget_;
+      if (--budget_ < 0) return false;
       if (next_[r] < 0 || r == p || r == i || r == n) continue;
       const Vec2& x = points_[r];
       if (x == a || x == b || x == c) continue;  // outlines that touch themselves name a point twice

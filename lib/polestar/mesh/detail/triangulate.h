@@ -25,7 +25,7 @@ class Triangulator {
   bool clipEars(std::span<const std::int32_t> polygon, std::vector<Triangle>& triangles);
 
   std::span<const Vec3> vertices_;
-  std::int64_t budget_ = 1'000'000'000;
+  std::int64_t budget_ = 200'000'000;
 };
 
 }  // namespace polestar::detail

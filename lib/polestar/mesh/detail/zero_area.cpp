@@ -112,7 +112,8 @@ class ZeroAreaMender {
       if (sideLength(t, i) < sideLength(t, k)) k = i;
     }
     if (sideLength(t, k) > rounding_) return false;
-    const auto [kept, gone] = std::minmax(mesh_.triangles[t][k], mesh_.triangles[t][(k + 1) % 3]);
+    const std::int32_t a = mesh_.triangles[t][k], b = mesh_.triangles[t][(k + 1) % 3];
+    const std::int32_t kept = std::min(a, b), gone = std::max(a, b);
     const std::vector<std::int32_t> onEdge = trianglesOnEdge(kept, gone);
     const std::vector<std::int32_t> aroundKept = neighbours(kept), aroundGone = neighbours(gone);
     std::vector<std::int32_t> common;

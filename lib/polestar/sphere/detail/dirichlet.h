@@ -16,8 +16,8 @@ namespace polestar::detail {
 /// mass-center condition]
 class DirichletEnergy final : public SphereEnergy {
  public:
-  /// Factorizes the preconditioner.
-  DirichletEnergy(Laplacian laplacian, std::vector<double> massShares);
+  /// Factorizes the preconditioner; `positions` of the vertices guide its elimination order.
+  DirichletEnergy(Laplacian laplacian, std::vector<double> massShares, std::span<const Vec3> positions);
 
   double evaluate(std::span<const Vec3> points, std::span<Vec3> gradient) const override;
   void precondition(std::span<const Vec3> gradient, std::span<Vec3> out) const override;

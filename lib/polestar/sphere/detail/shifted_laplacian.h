@@ -13,9 +13,11 @@ namespace polestar::detail {
 
 class ShiftedLaplacian {
  public:
-  /// `shift` is positive, one entry a vertex. Cost about O(n^1.5), memory O(n log n).
+  /// `shift` is positive, one entry a vertex; `positions` of the vertices guide the elimination order and
+  /// nothing else. Cost about O(n^1.5), memory O(n log n).
   /// @throws Error{Errc::notConverged} when the matrix is not numerically positive definite.
-  ShiftedLaplacian(const Laplacian& laplacian, std::span<const double> shift);
+  ShiftedLaplacian(const Laplacian& laplacian, std::span<const double> shift,
+                   std::span<const Vec3> positions);
 
   /// out = (L + D)^-1 right, the three components at once: reading the factor is what it costs.
   void solve(std::span<const Vec3> right, std::span<Vec3> out) const;
@@ -26,7 +28,7 @@ class ShiftedLaplacian {
   std::vector<std::int32_t> row_;
   std::vector<double> value_;
   std::vector<double> inverseDiagonal_;
-  std::vector<std::int32_t> permutation_;  ///< vertex -> row of the factor
+  std::vector<std::int32_t> order_;  ///< row of the factor -> vertex
 };
 
 }  // namespace polestar::detail

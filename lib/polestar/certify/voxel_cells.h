@@ -1,0 +1,40 @@
+#pragma once
+// Is the sampled map one to one? Applications interpolate `rest` trilinearly between the voxels that were written; a
+// cell of eight voxels is good when that interpolant has a positive Jacobian determinant everywhere in it.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "polestar/core/types.h"
+
+namespace polestar {
+
+/// Samples on a lattice, size^3, z fastest.
+struct VoxelBlock {
+  int size = 0;
+  std::span<const Vec3f> rest;
+  std::span<const float> signedDistance;  ///< mesh units, negative inside
+  std::span<const std::uint8_t> active;   ///< 1 where `rest` holds a value
+  double voxelSize = 0;                   ///< mesh units
+};
+
+struct CellQuality {
+  std::size_t voxels = 0;        ///< inside the solid
+  std::size_t cells = 0;         ///< with all eight corners inside
+  std::size_t inverted = 0;      ///< not positive somewhere, or not decided after four subdivisions
+  std::size_t collapsed = 0;     ///< zero at a corner and nowhere negative there: crowded below float's resolution
+  std::size_t invertedDeep = 0;  ///< inverted, every corner deeper than one voxel below the surface
+  double minJacobian = 1e300;    ///< smallest determinant at a cell's corner, 1 / mesh unit^3
+
+  CellQuality& operator+=(const CellQuality& other);
+};
+
+/// Judges the cells whose lowest corner is one of the first (size - 1)^3 samples; counts voxels among those too.
+///
+/// The determinant is a polynomial of degree 2 in each variable; 27 positive Bernstein coefficients prove a cell, a
+/// corner that is not positive disproves it, subdivision decides in between. In doubles from the stored floats; about
+/// 0.5 us a cell.
+CellQuality judgeCells(const VoxelBlock& block);
+
+}  // namespace polestar

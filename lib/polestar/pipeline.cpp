@@ -1,0 +1,110 @@
+#include "polestar/pipeline.h"
+
+#include <chrono>
+#include <cmath>
+
+#include "polestar/core/version.h"
+
+namespace polestar {
+namespace {
+
+// Adds the seconds that `work` takes to `total`.
+template <class Work>
+auto timed(double& total, Work&& work) {
+  const auto start = std::chrono::steady_clock::now();
+  auto result = work();
+  total += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+}  // namespace
+
+BallMap mapToBall(const StarShape& shape, const MapOptions& options, Context& context, MapTimings* timings) {
+  MapTimings ignored;
+  MapTimings& seconds = timings ? *timings : ignored;
+  SphereMap sphere = timed(seconds.sphere, [&] {
+    context.progress("mapping the boundary to the sphere", 0);
+    return options.boundary == SphereMapKind::conformal ? conformalSphereMap(shape, {}, context)
+                                                        : radialSphereMap(shape);
+  });
+  if (!sphere.fallbackReason.empty()) context.log(LogLevel::warning, sphere.fallbackReason);
+  const GreenFunction green = timed(seconds.green, [&] { return solveGreen(shape, options.green, context); });
+  const GreenChart chart = timed(seconds.trace, [&] { return traceChart(green, options.chart, context); });
+  BallMap map = timed(seconds.trace, [&] { return BallMap(chart, std::move(sphere), options.ball); });
+  if (!map.coreFallbackReason().empty()) context.log(LogLevel::warning, map.coreFallbackReason());
+  return map;
+}
+
+SolidGrids gridsOf(const BallMap& map, const GridOptions& options, Context& context) {
+  const GreenFunction& green = map.chart().green();
+  const StarShape& shape = green.shape();
+  SolidGrids grids(shape.surface().mesh(), options, context);
+  const double radius = green.harmonicRadius() * shape.frame().unit;
+  const double cap = 1 / options.voxelSize;
+  grids.addVector(
+      "rest", VectorRole::invariant,
+      [&](const VoxelBatch& batch, std::span<Vec3f> rest) {
+        std::vector<Vec3> ball(batch.points.size());
+        std::vector<double> value(batch.points.size());
+        map.sample(batch.points, ball, value);
+        for (std::size_t i = 0; i < ball.size(); ++i) rest[i] = ball[i].cast<float>();
+      },
+      true, context);
+  grids.addScalar(
+      "green",
+      [&](const VoxelBatch& batch, std::span<float> values) {
+        std::vector<Vec3> ball(batch.points.size());
+        std::vector<double> value(batch.points.size());
+        map.sample(batch.points, ball, value);
+        for (std::size_t i = 0; i < value.size(); ++i) values[i] = static_cast<float>(std::min(value[i], cap));
+      },
+      true, context);
+
+  grids.setMetadata("polestar:version", std::string(kVersion));
+  grids.setMetadata("polestar:domain", std::string("ball"));
+  grids.setMetadata("polestar:center", shape.frame().origin);
+  grids.setMetadata("polestar:harmonic_radius", radius);
+  grids.setMetadata("polestar:green_cap", cap);
+  grids.setMetadata("polestar:core", std::string(map.options().core == CoreMode::smooth ? "smooth" : "paper"));
+  grids.setMetadata("polestar:core_radius", map.options().core == CoreMode::smooth ? map.options().coreRadius : 0.0);
+  grids.setMetadata("polestar:boundary",
+                    std::string(map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial"));
+  grids.setMetadata("polestar:boundary_error", green.boundaryError().max);
+  return grids;
+}
+
+Certificate certifyGrids(const BallMap& map, const SolidGrids& grids, std::size_t roundTrips, Context& context) {
+  // Every leaf fills its own slot, so that the result does not depend on who visits when.
+  const std::size_t leaves = grids.leafCount("rest");
+  std::vector<CellQuality> quality(leaves);
+  std::vector<std::vector<Vec3>> inside(leaves);
+  grids.visitBricks("rest", [&](std::size_t leaf, const SolidGrids::Brick& brick) {
+    constexpr int n = SolidGrids::Brick::kSize;
+    quality[leaf] = judgeCells({n, brick.values, brick.signedDistance, brick.active, grids.voxelSize()});
+    for (int i = 0; i + 1 < n; ++i) {
+      for (int j = 0; j + 1 < n; ++j) {
+        for (int k = 0; k + 1 < n; ++k) {
+          const int at = (i * n + j) * n + k;
+          if (brick.active[at] && brick.signedDistance[at] < 0) {
+            inside[leaf].push_back(grids.indexToWorld(Vec3(brick.origin[0] + i, brick.origin[1] + j, brick.origin[2] + k)));
+          }
+        }
+      }
+    }
+  });
+  CellQuality total;
+  std::vector<Vec3> voxels;
+  for (std::size_t leaf = 0; leaf < leaves; ++leaf) {
+    total += quality[leaf];
+    voxels.insert(voxels.end(), inside[leaf].begin(), inside[leaf].end());
+  }
+  const std::size_t count = std::min(roundTrips, voxels.size());
+  std::vector<Vec3> chosen(count);
+  for (std::size_t i = 0; i < count; ++i) chosen[i] = voxels[i * voxels.size() / count];
+  context.throwIfCancelled();
+  context.progress("round trips", 0);
+  const RoundTrip trip = measureRoundTrip(map, chosen);
+  return certify(map, total, trip, grids.voxelSize(), context);
+}
+
+}  // namespace polestar

@@ -1,0 +1,55 @@
+#pragma once
+// Start reading here. A star-shaped solid becomes coordinates; this is the road, one function a stage. Each takes what
+// only the stage before it can make, so that a value in your hands is a proof that its stage succeeded.
+//
+//   file -> TriMesh -> ClosedSurface -> StarShape -> GreenFunction -> GreenChart -> BallMap -> grids, pictures
+//                                           \---------> SphereMap ------------------/
+
+#include "polestar/certify/certificate.h"
+#include "polestar/chart/green_chart.h"
+#include "polestar/green/green_function.h"
+#include "polestar/map/ball_map.h"
+#include "polestar/map/map_file.h"
+#include "polestar/mesh/closed_surface.h"
+#include "polestar/mesh/read_mesh.h"
+#include "polestar/mesh/repair.h"
+#include "polestar/sphere/sphere_map.h"
+#include "polestar/star/star_shape.h"
+#include "polestar/vdb/solid_grids.h"
+
+namespace polestar {
+
+//  MeshFile       readMesh(path)                               mesh/   doubles as the file has them
+//  RepairedMesh   repairMesh(mesh)                             mesh/   welded, oriented, every change counted
+//  ClosedSurface  verifyClosedSurface(mesh)                    mesh/   one closed surface of genus 0, or where not
+//  StarShape      verifyStarShape(surface)                     star/   a center, by exact predicates
+//  GreenFunction  solveGreen(shape)                            green/  G = 1/r + h, and how far it is from 0 on S
+//  GreenChart     traceChart(green)                            chart/  field lines: the table of (R, omega)
+//  SphereMap      conformalSphereMap(shape)                    sphere/ phi, without a flip
+//  BallMap        BallMap(chart, sphere)                       map/    forward, inverse, Jacobian
+
+struct MapOptions {
+  SphereMapKind boundary = SphereMapKind::conformal;
+  GreenOptions green;
+  ChartOptions chart;
+  BallMapOptions ball;
+};
+
+/// Seconds of each stage.
+struct MapTimings {
+  double green = 0, trace = 0, sphere = 0;
+};
+
+/// From a verified shape to its map. @throws what the stages throw.
+BallMap mapToBall(const StarShape& shape, const MapOptions& options = {}, Context& context = Context::quiet(),
+                  MapTimings* timings = nullptr);
+
+/// The grids `surface`, `density`, `rest` and `green` of a map, with its provenance as metadata. G is capped at the
+/// value it has at one voxel from the center; the cap is in the metadata.
+SolidGrids gridsOf(const BallMap& map, const GridOptions& options, Context& context = Context::quiet());
+
+/// Judges the cells of the grid `rest` as written, and the round trip through up to `roundTrips` of its voxels.
+Certificate certifyGrids(const BallMap& map, const SolidGrids& grids, std::size_t roundTrips = 50000,
+                         Context& context = Context::quiet());
+
+}  // namespace polestar
