@@ -1,6 +1,7 @@
 // polestar eval: ball coordinates, Green's function and its gradient at given points.
 
 #include <cmath>
+#include <limits>
 
 #include "cli/dry_run.h"
 #include "cli/map_input.h"
@@ -65,6 +66,9 @@ class EvalCommand final : public Command {
         ->required()
         ->type_name("FILE");
     addMapOptions(app, choices_);
+    app.add_flag("--table", table_,
+                 "Ball coordinates from the map's table, as the grids have them, instead of tracing a field "
+                 "line from every point");
   }
 
   void run(Session& session) override {
@@ -79,15 +83,36 @@ class EvalCommand final : public Command {
   }
 
  private:
-  /// The library's values at the points.
   Values evaluate(const std::vector<Vec3>& points, Session& session) const {
-    if (!isMapName(input_)) inspectSolid(input_, StarOptions{.center = choices_.center}, session);
-    throw Error(Errc::notConverged,
-                "this build ends before " + std::to_string(points.size()) + " points are evaluated");
+    const BallMap table =
+        isMapName(input_) ? loadMap(input_, session) : makeMap(input_, choices_, session);
+    return session.timed("evaluate", [&] {
+      Values values{std::vector<Vec3>(points.size()), std::vector<double>(points.size()),
+                    std::vector<Vec3>(points.size())};
+      if (table_) {
+        table.forward(points, values.ball);
+      } else {
+        TracedBallMap(table).forward(points, values.ball);
+      }
+      const GreenFunction& green = table.chart().green();
+      const Frame& frame = green.shape().frame();
+      std::vector<Vec3> inner(points.size());
+      for (std::size_t i = 0; i < points.size(); ++i) inner[i] = frame.toInner(points[i]);
+      green.evaluate(inner, values.green, values.gradient);
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        values.green[i] /= frame.unit;
+        values.gradient[i] /= frame.unit * frame.unit;
+        if (values.ball[i].allFinite()) continue;
+        values.green[i] = std::numeric_limits<double>::quiet_NaN();
+        values.gradient[i].setConstant(values.green[i]);
+      }
+      return values;
+    });
   }
 
   std::filesystem::path input_, pointsFile_;
   MapChoices choices_;
+  bool table_ = false;
 };
 
 }  // namespace

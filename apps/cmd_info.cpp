@@ -65,6 +65,7 @@ std::string metadataText(const std::vector<GridInfo>& grids) {
   const auto section = [](const std::string& title, const std::vector<Entry>& entries) {
     if (entries.empty()) return std::string();
     std::vector<std::vector<std::string>> rows;
+    rows.reserve(entries.size());
     for (const auto& [key, value] : entries) rows.push_back({key, value});
     return "\n" + title + "\n" + table(rows, {}, "  ");
   };

@@ -1,5 +1,7 @@
 // polestar map: a mesh becomes a map of its solid onto the unit ball, and the sparse grids that picture it.
 
+#include <sys/resource.h>
+
 #include <cmath>
 
 #include "cli/dry_run.h"
@@ -17,6 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr int kDefaultDim = 128;
 constexpr int kPaddingVoxels = 3;
+constexpr std::size_t kRoundTrips = 50000;
 // surface, density and green are floats, rest is three of them.
 constexpr std::uint64_t kBytesPerVoxel = 3 * 4 + 12;
 
@@ -65,8 +68,7 @@ class MapCommand final : public Command {
     }
     if (session.options().dryRun) return planOutputs(outputs, session);
     OutputGuard guard(outputs);
-    makeMap(outputs, session);
-    guard.keep();
+    computeAndWrite(outputs, guard, session);
   }
 
  private:
@@ -87,11 +89,101 @@ class MapCommand final : public Command {
     describePlan(session, files);
   }
 
-  /// The library's road from the mesh to its files.
-  void makeMap(const std::vector<fs::path>& outputs, Session& session) const {
-    inspectSolid(mesh_, StarOptions{.center = choices_.center}, session);
-    throw Error(Errc::notConverged, "this build ends after the check of " + mesh_.string() +
-                                        "; nothing was written to " + outputs[0].string());
+  /// Writes the files unless the map fails its certificate; then @throws Error{Errc::notConverged}, with
+  /// --keep-failed after writing.
+  void computeAndWrite(const std::vector<fs::path>& outputs, OutputGuard& guard, Session& session) const {
+    Context& context = session.context();
+    const BallMap map = makeMap(mesh_, choices_, session);
+    const TriMesh& mesh = map.chart().green().shape().surface().mesh();
+    const double voxel = voxel_ > 0 ? voxel_ : voxelSizeFor(mesh, dim_);
+    SolidGrids grids = session.timed("sample", [&] {
+      return gridsOf(map, {.voxelSize = voxel, .padding = kPaddingVoxels}, context);
+    });
+    const Certificate certificate =
+        session.timed("certify", [&] { return certifyGrids(map, grids, kRoundTrips, context); });
+    describeCertificate(certificate, voxel, session);
+
+    const bool failed = certificate.verdict == Verdict::failed;
+    const std::string advice = "; the mesh is probably too coarse or uneven there. --keep-failed keeps the files";
+    if (failed && !keepFailed_) {
+      throw Error(Errc::notConverged, "the map fails its certificate: " + certificate.failure() + advice);
+    }
+    session.timed("write", [&] {
+      grids.setMetadata("polestar:certificate", std::string(toString(certificate.verdict)));
+      grids.setMetadata("polestar:arguments", session.arguments());
+      grids.setMetadata("polestar:source", mesh_.filename().string());
+      if (outputs.size() > 1) {
+        const std::string hash = writeMapFile(outputs[1], map, {mesh_.filename().string(), session.arguments()});
+        grids.setMetadata("polestar:map_hash", hash);
+        session.json()["map_hash"] = hash;
+      }
+      context.throwIfCancelled();
+      grids.write(outputs[0]);
+      return 0;
+    });
+    guard.keep();
+    session.json()["outputs"] = Json::array();
+    for (const fs::path& output : outputs) session.json()["outputs"].push_back(output.string());
+    summarize(outputs, certificate, map, voxel, session);
+    if (failed) {
+      throw Error(Errc::notConverged, "the map fails its certificate: " + certificate.failure() + "; files kept");
+    }
+  }
+
+  static void describeCertificate(const Certificate& certificate, double voxel, Session& session) {
+    Json checks = Json::array();
+    for (const Check& check : certificate.checks) {
+      checks.push_back({{"name", check.name},
+                        {"passed", check.passed},
+                        {"decides", check.decides},
+                        {"exact", check.exact},
+                        {"value", std::isfinite(check.value) ? Json(check.value) : Json()},
+                        {"limit", check.limit},
+                        {"detail", check.detail}});
+      if (!check.passed && !check.decides) {
+        session.context().log(LogLevel::warning, check.name + " " + shortNumber(check.value) + " is over " +
+                                                     shortNumber(check.limit) + ": " + check.detail);
+      }
+    }
+    Json& json = session.json();
+    json["certificate"] = {{"verdict", toString(certificate.verdict)}, {"checks", checks}};
+    const CellQuality& cells = certificate.sampled;
+    json["sampled"] = {{"voxel_size", voxel},
+                       {"voxels", cells.voxels},
+                       {"cells", cells.cells},
+                       {"inverted", cells.inverted},
+                       {"collapsed", cells.collapsed},
+                       {"inverted_deep", cells.invertedDeep},
+                       {"min_jacobian", cells.cells > 0 ? Json(cells.minJacobian) : Json()},
+                       {"round_trip_rms", certificate.roundTrip.rms},
+                       {"round_trip_max", certificate.roundTrip.max},
+                       {"round_trip_points", certificate.roundTrip.points},
+                       {"round_trip_lost", certificate.roundTrip.lost}};
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    json["peak_memory_bytes"] = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+  }
+
+  static void summarize(const std::vector<fs::path>& outputs, const Certificate& certificate, const BallMap& map,
+                        double voxel, Session& session) {
+    const GreenFunction& green = map.chart().green();
+    const CellQuality& cells = certificate.sampled;
+    std::vector<std::vector<std::string>> rows{
+        {"G", "harmonic radius " + shortNumber(green.harmonicRadius() * green.shape().frame().unit) +
+                  "; rho |G| on the surface at most " + shortNumber(green.boundaryError().max) + " (sampled)"},
+        {"map", std::string(map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial") +
+                    " boundary, quasi-conformal ratio " + shortNumber(map.sphere().qcMean) + " on average"},
+        {"cells", counted(map.chart().report().cells.bad(), "inverted cell", "inverted cells") + " of " +
+                      grouped(map.chart().report().cells.cells) + " in the foliation; " + grouped(cells.inverted) + " of " +
+                      grouped(cells.cells) + " between voxels, " + grouped(cells.invertedDeep) + " of them deep"},
+        {"round trip", shortNumber(certificate.roundTrip.max / voxel) + " voxels at most"},
+        {"verdict", toString(certificate.verdict)}};
+    for (const fs::path& output : outputs) {
+      std::error_code ignored;
+      const auto bytes = fs::file_size(output, ignored);
+      rows.push_back({"wrote", ignored ? output.string() : output.string() + ", " + byteSize(bytes)});
+    }
+    session.text() += table(rows, {}, "  ");
   }
 
   fs::path mesh_;

@@ -98,10 +98,23 @@ class RenderCommand final : public Command {
   }
 
  private:
-  /// The library's way from the map to the picture.
   void draw(const fs::path& picture, Session& session) const {
-    session.context().throwIfCancelled();
-    throw Error(Errc::notConverged, "this build ends before drawing " + picture.string());
+    const BallMap map = loadMap(map_, session);
+    const Rendering rendering = session.timed("render", [&] {
+      return renderSolid(map.chart().green().shape().surface().mesh(), map, options_, session.context());
+    });
+    session.timed("write", [&] {
+      writePicture(picture, rendering.picture, {{"polestar:arguments", session.arguments()}});
+      return 0;
+    });
+    session.json()["outputs"] = {picture.string()};
+    session.json()["samples"] = {{"solid", rendering.solidSamples}, {"unmapped", rendering.unmappedSamples}};
+    session.text() = "wrote " + picture.string() + "\n";
+    if (rendering.unmappedSamples > 0) {
+      session.context().log(LogLevel::warning, grouped(rendering.unmappedSamples) + " of " +
+                                                   grouped(rendering.solidSamples) +
+                                                   " samples have no coordinates and are drawn grey");
+    }
   }
 
   fs::path map_;

@@ -63,6 +63,25 @@ int runSession(Command& command, Session& session) {
   }
 }
 
+/// The command line as one would type it again.
+std::string commandLine(int argc, const char* const* argv) {
+  std::string line = "polestar";
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view word = argv[i];
+    const bool plain = !word.empty() && word.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
+                                                                "0123456789-_./,=:+%@") == std::string_view::npos;
+    line += ' ';
+    if (plain) {
+      line += word;
+      continue;
+    }
+    line += '\'';
+    for (const char c : word) line += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    line += '\'';
+  }
+  return line;
+}
+
 std::string firstLine(const std::string& text) { return text.substr(0, text.find('\n')); }
 
 /// Usage errors come before there is a session.
@@ -108,7 +127,7 @@ int runCommandLine(const std::vector<std::unique_ptr<Command>>& commands, int ar
   const auto chosen =
       std::find_if(parsers.begin(), parsers.end(), [](CLI::App* parser) { return parser->parsed(); });
   Command& command = *commands[static_cast<std::size_t>(chosen - parsers.begin())];
-  Session session(command.description().name, common);
+  Session session(command.description().name, commandLine(argc, argv), common);
   return runSession(command, session);
 }
 

@@ -1,13 +1,18 @@
 #include "cli/map_input.h"
 
+#include <algorithm>
 #include <map>
+
+#include "cli/solid_input.h"
+#include "cli/text.h"
+#include "polestar/core/error.h"
 
 namespace polestar::cli {
 
 void addMapOptions(CLI::App& app, MapChoices& choices) {
   static const std::map<std::string, SphereMapKind> kBoundaries{{"conformal", SphereMapKind::conformal},
                                                                 {"radial", SphereMapKind::radial}};
-  static const std::map<std::string, Core> kCores{{"smooth", Core::smooth}, {"paper", Core::paper}};
+  static const std::map<std::string, CoreMode> kCores{{"smooth", CoreMode::smooth}, {"paper", CoreMode::paper}};
   app.add_option("--boundary", choices.boundary,
                  "How the surface goes onto the sphere: conformal (default) or radial")
       ->transform(CLI::CheckedTransformer(kBoundaries).description(""))
@@ -29,6 +34,87 @@ bool isMapName(const std::filesystem::path& path) {
 
 std::filesystem::path mapFileBeside(const std::filesystem::path& path) {
   return std::filesystem::path(path).replace_extension(".pmap");
+}
+
+namespace {
+
+/// The members of `map` that its stages know.
+void describeMap(const BallMap& map, Session& session) {
+  const GreenFunction& green = map.chart().green();
+  const double unit = green.shape().frame().unit;
+  const GreenRecord& record = green.record();
+  const BoundaryError& error = record.boundaryError;
+  const ChartReport& lines = map.chart().report();
+  Json& json = session.json();
+  json["solver"] = record.summary.solver;
+  json["harmonic_radius"] = record.harmonicRadius * unit;
+  json["boundary_error"] = {{"max", error.max},
+                            {"rms", error.rms},
+                            {"points", error.points},
+                            {"kind", error.bound ? "bound" : "sampled"},
+                            {"worst", toJson(green.shape().frame().toWorld(error.worst))}};
+  json["charge"] = record.charge;
+  json["green"] = {{"iterations", record.summary.iterations},
+                   {"passes", record.summary.passes},
+                   {"layer_vertices", green.layerMesh().vertices.size()},
+                   {"wrong_sign_area", record.wrongSignArea}};
+  json["sphere"] = {{"kind", map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial"},
+                    {"flips", map.sphere().flips},
+                    {"omega_flips", lines.directionFlips},
+                    {"qc_mean", map.sphere().qcMean},
+                    {"qc_max", map.sphere().qcMax},
+                    {"fallback", map.sphere().fallbackReason}};
+  json["core"] = {{"kind", map.options().core == CoreMode::smooth ? "smooth" : "paper"},
+                  {"radius", map.options().core == CoreMode::smooth ? map.options().coreRadius : 0.0},
+                  {"fallback", map.coreFallbackReason()}};
+  json["foliation"] = {{"levels", map.chart().foliation().levels.size()},
+                       {"cells", lines.cells.cells},
+                       {"inverted", lines.cells.inverted},
+                       {"flat", lines.cells.flat},
+                       {"lines_deepened", lines.deepened},
+                       {"lines_failed", lines.failed},
+                       {"lines_repaired", lines.repaired},
+                       {"largest_move", lines.largestMove * unit}};
+}
+
+}  // namespace
+
+BallMap makeMap(const std::filesystem::path& mesh, const MapChoices& choices, Session& session) {
+  const InspectedSolid solid = inspectSolid(mesh, StarOptions{.center = choices.center}, session);
+  const StarShape shape = verifyStarShape(solid.surface, StarOptions{.center = solid.star.center, .rays = 0});
+  MapOptions options;
+  options.boundary = choices.boundary;
+  options.ball.core = choices.core;
+  MapTimings timings;
+  BallMap map = mapToBall(shape, options, session.context(), &timings);
+  session.noteSeconds("green", timings.green);
+  session.noteSeconds("trace", timings.trace);
+  session.noteSeconds("sphere", timings.sphere);
+  describeMap(map, session);
+  return map;
+}
+
+BallMap loadMap(const std::filesystem::path& path, Session& session) {
+  const std::filesystem::path file = mapFileBeside(path);
+  if (!std::filesystem::exists(file)) {
+    throw Error(Errc::io, path.string() + ": the map itself, " + file.string() +
+                              ", is not there; keep the .pmap beside its .vdb, or make both with polestar map");
+  }
+  return session.timed("load", [&] {
+    MapFile map = readMapFile(file);
+    if (path.extension() == ".vdb") {
+      const std::vector<GridInfo> grids = readGridInfo(path);
+      const bool belongs = std::any_of(grids.begin(), grids.end(), [&](const GridInfo& grid) {
+        return std::find(grid.metadata.begin(), grid.metadata.end(),
+                         std::pair<std::string, std::string>("polestar:map_hash", map.hash)) != grid.metadata.end();
+      });
+      if (!belongs) {
+        throw Error(Errc::io, path.string() + " was not made from " + file.string() +
+                                  " (polestar:map_hash differs or is missing); name the .pmap that you mean");
+      }
+    }
+    return std::move(map.map);
+  });
 }
 
 }  // namespace polestar::cli

@@ -7,17 +7,13 @@
 #include <string>
 
 #include "cli/session.h"
-#include "polestar/map/volume_map.h"
-#include "polestar/mesh/tri_mesh.h"
-#include "polestar/sphere/sphere_map.h"
+#include "polestar/pipeline.h"
 
 namespace polestar::cli {
 
-enum class Core { smooth, paper };
-
 struct MapChoices {
   SphereMapKind boundary = SphereMapKind::conformal;
-  Core core = Core::smooth;
+  CoreMode core = CoreMode::smooth;
   std::string solver = "layer";
   std::optional<Vec3> center;
 };
@@ -30,5 +26,13 @@ bool isMapName(const std::filesystem::path& path);
 
 /// The .pmap that belongs to a .vdb, or the path itself.
 std::filesystem::path mapFileBeside(const std::filesystem::path& path);
+
+/// The map of a .pmap, or of the .vdb beside it: then the grids must carry the .pmap's hash.
+/// @throws Error{Errc::io}
+BallMap loadMap(const std::filesystem::path& path, Session& session);
+
+/// From a mesh to its map in memory: inspects it as `check` does and fills what `map` says of the stages.
+/// @throws what inspectSolid and the library's stages throw.
+BallMap makeMap(const std::filesystem::path& mesh, const MapChoices& choices, Session& session);
 
 }  // namespace polestar::cli

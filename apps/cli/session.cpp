@@ -53,8 +53,9 @@ LogLevel leastShown(const CommonOptions& options) {
 
 Json toJson(const Vec3& point) { return {point.x(), point.y(), point.z()}; }
 
-Session::Session(std::string command, CommonOptions options)
+Session::Session(std::string command, std::string arguments, CommonOptions options)
     : command_(std::move(command)),
+      arguments_(std::move(arguments)),
       options_(std::move(options)),
       meter_(std::cerr, progressStyle(options_), prefixFor(command_)),
       json_(envelope(command_, options_.threads)) {

@@ -21,11 +21,14 @@ Json toJson(const Vec3& point);
 
 class Session {
  public:
-  Session(std::string command, CommonOptions options);
+  /// `arguments`: the command line, for provenance.
+  Session(std::string command, std::string arguments, CommonOptions options);
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
   const CommonOptions& options() const { return options_; }
+  /// The command line as it was typed, quoted where the shell needs it.
+  const std::string& arguments() const { return arguments_; }
   Context& context() { return context_; }
 
   /// Names a file that the command reads; appears under "inputs", and outputs are not written over it.
@@ -44,6 +47,9 @@ class Session {
     const Timer timer{timings_[name]};
     return std::forward<Work>(work)();
   }
+
+  /// Seconds that were measured elsewhere.
+  void noteSeconds(const char* name, double seconds) { timings_[name] = seconds; }
 
   /// Lets the answer go to the file of -o. Commands whose output is another kind of file do not call this.
   /// @throws what checkOutput throws.
@@ -66,7 +72,7 @@ class Session {
 
   std::string answer();
 
-  const std::string command_;
+  const std::string command_, arguments_;
   const CommonOptions options_;
   std::vector<std::filesystem::path> inputs_;
   ProgressMeter meter_;

@@ -19,9 +19,10 @@ endfunction()
 file(REMOVE_RECURSE "${SCRATCH}/first" "${SCRATCH}/moved here" "${SCRATCH}/consumer")
 file(MAKE_DIRECTORY "${SCRATCH}")
 if(NAME STREQUAL "static")
-  set(BUILD "${SCRATCH}/build")
+  # Beside the build at hand: relative paths are then the same, and the compiler cache knows the objects.
+  set(BUILD "${BUILD}-static")
   run("${CMAKE_COMMAND}" -S "${SOURCE}" -B "${BUILD}" -G "${GENERATOR}" "-DCMAKE_BUILD_TYPE=${BUILD_TYPE}"
-      -DBUILD_SHARED_LIBS=OFF -DPOLESTAR_BUILD_APPS=OFF -DPOLESTAR_BUILD_TESTS=OFF)
+      "-DPOLESTAR_WARNINGS_AS_ERRORS=${WARNINGS_AS_ERRORS}" -DBUILD_SHARED_LIBS=OFF -DPOLESTAR_BUILD_APPS=OFF -DPOLESTAR_BUILD_TESTS=OFF)
   run("${CMAKE_COMMAND}" --build "${BUILD}")
   set(APPS OFF)
 endif()

@@ -113,7 +113,7 @@ TEST(Mutation, DamagedFilesEndInAMeshOrAMessage) {
 #ifdef POLESTAR_SANITIZED
   constexpr int kRounds = 300;
 #else
-  constexpr int kRounds = 3000;
+  constexpr int kRounds = 6000;
 #endif
   const TriMesh body = icosphere(0);
   std::string polygons =

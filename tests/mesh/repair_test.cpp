@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <map>
 
 #include "mesh/bodies.h"
@@ -241,7 +242,33 @@ TEST(Repair, AZeroAreaTriangleThatCannotBeMendedStaysAndIsNamed) {
   EXPECT_THAT(inspectSurface(repaired.mesh).defect, HasSubstr("1 triangle has no area"));
 }
 
+TEST(Repair, CraftedFansOfFlatTrianglesEndInTime) {
+  // 200000 collinear triangles around one vertex, each with a neighbour: every flip must search the whole
+  // fan.
+  constexpr std::int32_t kTriangles = 200'000;
+  TriMesh mesh{{{0, 0, 0}}, {}};
+  for (std::int32_t i = 0; i <= kTriangles; ++i) mesh.vertices.push_back({1.0 + i, 0, 0});
+  for (std::int32_t i = 1; i <= kTriangles; ++i) mesh.triangles.push_back({0, i, i + 1});
+  const auto start = std::chrono::steady_clock::now();
+  repairMesh(mesh);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(60));
+}
+
 // Orientation
+
+TEST(Repair, EachPartKeepsTheOrientationOfMostOfItsTriangles) {
+  // Two spheres side by side, both outward but for a third of their triangles, among which is the first
+  // triangle of one sphere only: to follow the first triangles would set the spheres against each other.
+  const TriMesh bodies = together(
+      icosphere(2), transformed(icosphere(1), [](const Vec3& v) { return Vec3(v / 2 + Vec3(5, 0, 0)); }));
+  TriMesh mixed = bodies;
+  for (std::size_t t = 0; t < mixed.triangles.size(); t += 3) {
+    std::swap(mixed.triangles[t][0], mixed.triangles[t][1]);
+  }
+  const RepairedMesh repaired = repairMesh(mixed);
+  EXPECT_EQ(repaired.report.flippedTriangles, (mixed.triangles.size() + 2) / 3);
+  EXPECT_NEAR(volumeProperties(repaired.mesh).volume, volumeProperties(bodies).volume, 1e-12);
+}
 
 TEST(Repair, TurnedTrianglesAreTurnedBackAndCounted) {
   const TriMesh body = radialShape(3, [](const Vec3& w) { return 1 + 0.5 * w[2] * w[2]; });

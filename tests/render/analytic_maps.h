@@ -14,10 +14,15 @@ inline const Vec3 kNotANumber = Vec3::Constant(std::numeric_limits<double>::quie
 class FormulaMap : public VolumeMap {
  public:
   using Function = std::function<Vec3(const Vec3&)>;
-  FormulaMap(Function forward, Function inverse) : forward_(std::move(forward)), inverse_(std::move(inverse)) {}
+  FormulaMap(Function forward, Function inverse)
+      : forward_(std::move(forward)), inverse_(std::move(inverse)) {}
 
-  void forward(std::span<const Vec3> solid, std::span<Vec3> domain) const override { apply(forward_, solid, domain); }
-  void inverse(std::span<const Vec3> domain, std::span<Vec3> solid) const override { apply(inverse_, domain, solid); }
+  void forward(std::span<const Vec3> solid, std::span<Vec3> domain) const override {
+    apply(forward_, solid, domain);
+  }
+  void inverse(std::span<const Vec3> domain, std::span<Vec3> solid) const override {
+    apply(inverse_, domain, solid);
+  }
   void jacobian(std::span<const Vec3> solid, std::span<Mat3> derivative) const override {
     constexpr double h = 1e-6;
     for (std::size_t i = 0; i < solid.size(); ++i) {
@@ -36,7 +41,8 @@ class FormulaMap : public VolumeMap {
 };
 
 /// x = center + r(w) b for a ball point b of direction w: every ray from the center is scaled on its own.
-inline FormulaMap radialMap(const std::function<double(const Vec3&)>& radius, const Vec3& center = Vec3::Zero()) {
+inline FormulaMap radialMap(const std::function<double(const Vec3&)>& radius,
+                            const Vec3& center = Vec3::Zero()) {
   return FormulaMap(
       [=](const Vec3& x) -> Vec3 {
         const Vec3 d = x - center;

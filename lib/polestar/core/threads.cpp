@@ -2,10 +2,14 @@
 
 #include <tbb/task_arena.h>
 
+#include <algorithm>
+
 namespace polestar {
 
 void withThreads(int threads, const std::function<void()>& body) {
-  tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
+  // More than there are cores would only make TBB warn on standard error.
+  const int cores = tbb::this_task_arena::max_concurrency();
+  tbb::task_arena arena(threads > 0 ? std::min(threads, cores) : tbb::task_arena::automatic);
   arena.execute(body);
 }
 

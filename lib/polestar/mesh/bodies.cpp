@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -36,7 +37,8 @@ double randomUnit(std::uint32_t seed, std::uint32_t index) {
 }
 
 Vec3 randomDirection(std::uint32_t seed, std::uint32_t index) {
-  const double z = 2 * randomUnit(seed, 2 * index) - 1, angle = 2 * M_PI * randomUnit(seed, 2 * index + 1);
+  const double z = 2 * randomUnit(seed, 2 * index) - 1,
+               angle = 2 * std::numbers::pi * randomUnit(seed, 2 * index + 1);
   const double r = std::sqrt(1 - z * z);
   return {r * std::cos(angle), r * std::sin(angle), z};
 }
@@ -128,8 +130,8 @@ double headSolid(const Vec3& point) {
   d = carve(d, ellipsoid(p, {0.23, 0.72, 0.07}, {0.17, 0.17, 0.10}), 0.16);       // eye socket
   d = blend(d, cone(p, {0, 0.575, 0.21}, {0.37, 0.43, 0.20}, 0.07, 0.05), 0.12);  // brow
   d = blend(d, ellipsoid(p, {0.215, 0.465, 0.05}, {0.13, 0.115, 0.075}), 0.035);  // eyelid
-  d = blend(d, cone(p, {0, 0.58, 0.24}, {0, 0.745, -0.20}, 0.04, 0.075), 0.10);   // nose
-  d = blend(d, ellipsoid(p, {0.06, 0.635, -0.235}, {0.06, 0.085, 0.055}), 0.09);  // wing of the nose
+  d = blend(d, cone(p, {0, 0.57, 0.24}, {0, 0.735, -0.20}, 0.05, 0.08), 0.17);    // nose
+  d = blend(d, ellipsoid(p, {0.06, 0.63, -0.235}, {0.06, 0.085, 0.055}), 0.12);   // wing of the nose
   d = blend(d, cone(p, {0, 0.69, -0.24}, {0, 0.57, -0.38}, 0.05, 0.05), 0.10);    // below the nose
   d = blend(d, ellipsoid(p, {0, 0.575, -0.452}, {0.20, 0.085, 0.05}), 0.045);     // upper lip
   d = blend(d, ellipsoid(p, {0, 0.565, -0.545}, {0.165, 0.09, 0.05}), 0.03);      // lower lip
@@ -150,7 +152,7 @@ double headDensity(const Vec3& point) {
 
 /// Decimals that survive the last bits of any compiler's arithmetic.
 TriMesh rounded(TriMesh mesh) {
-  for (Vec3& v : mesh.vertices) v = (1e6 * v).array().round() / 1e6;
+  for (Vec3& v : mesh.vertices) v = (1e6 * v).array().round() / 1e6 + 0.0;
   return mesh;
 }
 
@@ -228,7 +230,7 @@ TriMesh starPolyhedron(int frequency) {
   // Spikes stand over the vertices of an icosahedron; their bases are the faces of the dual dodecahedron, at
   // the distance that makes the flanks of neighbouring spikes continue its faces.
   const TriMesh spikes = icosphere(0);
-  const double base = std::sqrt(3.0) / std::tan(0.4 * M_PI);
+  const double base = std::sqrt(3.0) / std::tan(0.4 * std::numbers::pi);
   TriMesh mesh;
   mesh.vertices = spikes.vertices;
   std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t>
@@ -260,9 +262,9 @@ TriMesh asteroid(int frequency, std::uint32_t seed) {
     double size;  // angular radius of the rim
   };
   std::vector<Crater> craters;
-  for (std::uint32_t i = 0; i < 34; ++i) {
+  for (std::uint32_t i = 0; i < 26; ++i) {
     const double u = randomUnit(seed ^ 0x51ed27u, i);
-    craters.push_back({randomDirection(seed ^ 0xc7a7e5u, i), 0.09 + 0.38 * std::pow(u, 4.0)});
+    craters.push_back({randomDirection(seed ^ 0xc7a7e5u, i), 0.11 + 0.40 * std::pow(u, 3.0)});
   }
   auto radius = [&](const Vec3& w) {
     // A stretched, lumpy body ...
@@ -270,14 +272,14 @@ TriMesh asteroid(int frequency, std::uint32_t seed) {
     r *= 1 + 0.13 * gradientNoise(1.3 * w, seed) + 0.05 * gradientNoise(2.9 * w, seed + 1);
     // ... with ridges where noise passes zero ...
     const double ridge = 1 - std::abs(gradientNoise(2.1 * w + Vec3(7, 3, 5), seed + 2));
-    r *= 1 + 0.05 * std::pow(std::max(ridge, 0.0), 6.0) + 0.012 * gradientNoise(8 * w, seed + 3);
+    r *= 1 + 0.05 * std::pow(std::max(ridge, 0.0), 4.0) + 0.010 * gradientNoise(8 * w, seed + 3);
     // ... and craters: a bowl, a rim, a blanket that thins out.
     for (const Crater& crater : craters) {
       const double x = std::acos(std::clamp(w.dot(crater.center), -1.0, 1.0)) / crater.size;
       if (x > 2) continue;
       const double bowl = x < 1 ? -(1 - x * x) : 0;
-      const double rim = std::exp(-18 * (x - 1) * (x - 1)) * smoothStep(2, 1.4, x);
-      r *= 1 + crater.size * (0.26 * bowl + 0.075 * rim);
+      const double rim = std::exp(-22 * (x - 1) * (x - 1)) * smoothStep(2, 1.4, x);
+      r *= 1 + crater.size * (0.34 * bowl + 0.10 * rim);
     }
     return r;
   };

@@ -70,7 +70,7 @@ class Inspection {
     std::vector<char> used(mesh_.vertices.size(), 0);
     for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
       for (const std::int32_t v : mesh_.triangles[t]) used[v] = 1;
-      if (areaVector(mesh_, t).squaredNorm() > 0) continue;
+      if (!areaVector(mesh_, t).isZero(0)) continue;
       ++report_.zeroAreaTriangleCount;
       list(report_.zeroAreaTriangles, static_cast<std::int32_t>(t));
     }
@@ -216,8 +216,11 @@ class Inspection {
     report_.defect = found[0].what;
     if (!found[0].where.empty()) report_.defect += ": " + found[0].where;
     if (!found[0].remedy.empty()) report_.defect += "; " + found[0].remedy;
-    for (std::size_t i = 1; i < found.size(); ++i)
+    // Of the others the second one with its place: what is open is mostly also something else.
+    for (std::size_t i = 1; i < found.size(); ++i) {
       report_.defect += (i == 1 ? "; besides: " : ", ") + found[i].what;
+      if (i == 1 && !found[i].where.empty()) report_.defect += " (" + found[i].where + ")";
+    }
   }
 
   double smallestVolume() const {

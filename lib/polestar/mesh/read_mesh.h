@@ -21,8 +21,8 @@ struct MeshFile {
 /// name.
 ///
 /// Polygons are triangulated (quads along the diagonal that makes both halves agree best, others by ear
-/// clipping in their best-fitting plane). Memory grows with the size of the file, never with the counts it
-/// claims.
+/// clipping in their best-fitting plane); faces of one or two corners bound no area and are passed over.
+/// Memory grows with the size of the file, never with the counts it claims.
 /// @throws Error{Errc::io} with file, line or byte, and reason: unreadable, truncated, index out of range, a
 /// number that is no number, NaN or infinite coordinates, no triangles.
 MeshFile readMesh(const std::filesystem::path& path);

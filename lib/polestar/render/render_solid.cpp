@@ -21,7 +21,7 @@ namespace {
 using namespace detail;
 
 constexpr int kTile = 32;
-constexpr double kLeastDepth = 1e-7;  // below the skin, in units of half the box's diagonal
+constexpr double kSecondTry = 1e-6;  // how far towards the map's center, as share of the distance
 
 /// Mesh units <-> the renderer's own frame: the box's middle is the origin, half its diagonal the unit.
 /// Embree computes in single precision, so a far-away or tiny mesh must not reach it.
@@ -48,7 +48,7 @@ TriMesh inRenderFrame(const TriMesh& surface, const RenderFrame& frame) {
 }
 
 /// The map's center where it has one, else the origin of the render frame.
-Vec3 patternCenter(const VolumeMap& map, const RenderFrame& frame) {
+Vec3 mapCenter(const VolumeMap& map, const RenderFrame& frame) {
   const Vec3 pole = Vec3::Zero();
   Vec3 center = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
   map.inverse({&pole, 1}, {&center, 1});
@@ -73,11 +73,15 @@ std::vector<Plane> cutPlanes(const std::vector<CutPlane>& cuts, const TriMesh& m
 
 std::vector<Vec3> keptVertices(const CutScene& scene) {
   std::vector<Vec3> kept;
+  double extent = 0;
   for (const Vec3& v : scene.surface().vertices) {
-    if (!scene.cutAway(v)) kept.push_back(v);
+    if (scene.cutAway(v)) continue;
+    kept.push_back(v);
+    extent = std::max(extent, (v - kept.front()).norm());
   }
-  if (kept.empty())
+  if (extent < 1e-6) {
     throw Error(Errc::usage, "the cutting planes leave nothing of the solid; move or turn them");
+  }
   return kept;
 }
 
@@ -87,11 +91,19 @@ double lowest(const std::vector<Vec3>& points, const Vec3& up) {
   return low;
 }
 
+/// The key light stands where it shines into the cut; from the left where nothing is cut.
+double keySide(const std::vector<CutPlane>& cuts, const Camera& camera) {
+  double side = 0;
+  for (const CutPlane& cut : cuts) side += cut.normal.normalized().dot(camera.right());
+  return side > 0 ? 1 : -1;
+}
+
 /// Everything that the tiles share.
 struct Stage {
   const VolumeMap& map;
   const RenderOptions& options;
   RenderFrame frame;
+  Vec3 center;  ///< of the map
   CutScene scene;
   Camera camera;
   Studio studio;
@@ -113,7 +125,7 @@ struct Patch {
   int plane = -1;
   std::size_t base = 0;  ///< of its three points in the batch
   Vec3 first, second;    ///< unit tangents
-  double step = 0;
+  double step = 0;       ///< along them; where the step leads out of the solid, the opposite one is taken
 };
 
 class Tile {
@@ -136,7 +148,9 @@ class Tile {
  private:
   void shoot();
   int patchOf(const SolidHit& hit, const Vec3& toward, std::size_t firstOfPixel);
-  std::size_t addPoint(const SolidHit& hit, const Vec3& offset, double pixel);
+  std::size_t addPoint(const Vec3& point, const Vec3& fallback);
+  std::size_t addSample(const SolidHit& hit, const Vec3& inside);
+  Vec3 slope(const Patch& patch, std::size_t neighbour, const Vec3& tangent) const;
   void mapPoints();
   void shade(Picture& picture);
   Vec3f shadeSample(const Sample& sample, std::size_t point);
@@ -146,12 +160,18 @@ class Tile {
   std::vector<Sample> samples_;
   std::vector<std::size_t> pointOf_;  ///< of a sample, in the batch
   std::vector<Patch> patches_;
-  std::vector<Vec3> points_, shallow_, ball_;  ///< mesh units, twice; ball coordinates
+  std::vector<Vec3> points_, fallbacks_, ball_;  ///< mesh units, twice; ball coordinates
+  std::vector<std::uint8_t> fellBack_;
   std::size_t solidSamples_ = 0, unmappedSamples_ = 0;
 };
 
 /// Offset from a pixel's middle, in pixels: a tent of one pixel's radius, which softens edges a little.
 double tent(double u) { return u < 0.5 ? std::sqrt(2 * u) - 1 : 1 - std::sqrt(2 - 2 * u); }
+
+/// Half a pixel below the skin; on a cut, the point itself.
+Vec3 below(const SolidHit& hit, double pixel) {
+  return hit.kind == HitKind::skin ? Vec3(hit.position - 0.5 * pixel * hit.normal) : hit.position;
+}
 
 void Tile::shoot() {
   const RenderOptions& options = stage_.options;
@@ -173,7 +193,7 @@ void Tile::shoot() {
         std::size_t point = 0;
         if (sample.hit.kind != HitKind::none) {
           sample.patch = patchOf(sample.hit, sample.ray.direction, firstPatch);
-          point = addPoint(sample.hit, Vec3::Zero(), stage_.camera.pixelSize(sample.hit.distance));
+          point = addSample(sample.hit, below(sample.hit, stage_.camera.pixelSize(sample.hit.distance)));
         }
         samples_.push_back(sample);
         pointOf_.push_back(point);
@@ -193,33 +213,48 @@ int Tile::patchOf(const SolidHit& hit, const Vec3& toward, std::size_t firstOfPi
   patch.first =
       hit.normal.cross(std::abs(hit.normal.dot(toward)) < 0.99 ? toward : stage_.camera.up()).normalized();
   patch.second = hit.normal.cross(patch.first);
-  patch.base = addPoint(hit, Vec3::Zero(), patch.step);
-  addPoint(hit, patch.step * patch.first, patch.step);
-  addPoint(hit, patch.step * patch.second, patch.step);
+  const Vec3 inside = below(hit, patch.step);
+  patch.base = addSample(hit, inside);
+  for (const Vec3& tangent : {patch.first, patch.second}) {
+    addPoint(inside + patch.step * tangent, inside - patch.step * tangent);
+  }
   patches_.push_back(patch);
   return static_cast<int>(patches_.size()) - 1;
 }
 
-std::size_t Tile::addPoint(const SolidHit& hit, const Vec3& offset, double pixel) {
-  const double depth = hit.kind == HitKind::skin ? 0.5 * pixel : 0;
-  points_.push_back(stage_.frame.toMesh(hit.position + offset - depth * hit.normal));
-  shallow_.push_back(stage_.frame.toMesh(hit.position + offset - kLeastDepth * hit.normal));
+std::size_t Tile::addPoint(const Vec3& point, const Vec3& fallback) {
+  points_.push_back(stage_.frame.toMesh(point));
+  fallbacks_.push_back(stage_.frame.toMesh(fallback));
   return points_.size() - 1;
+}
+
+std::size_t Tile::addSample(const SolidHit& hit, const Vec3& inside) {
+  return addPoint(inside, hit.position + kSecondTry * (stage_.center - hit.position));
 }
 
 void Tile::mapPoints() {
   ball_.resize(points_.size());
+  fellBack_.resize(points_.size());
   stage_.map.forward(points_, ball_);
   std::vector<Vec3> again, result;
-  std::vector<std::size_t> where;
   for (std::size_t i = 0; i < ball_.size(); ++i) {
-    if (ball_[i].allFinite()) continue;
-    again.push_back(shallow_[i]);
-    where.push_back(i);
+    fellBack_[i] = !ball_[i].allFinite();
+    if (fellBack_[i]) again.push_back(fallbacks_[i]);
   }
+  if (again.empty()) return;
   result.resize(again.size());
-  if (!again.empty()) stage_.map.forward(again, result);
-  for (std::size_t i = 0; i < where.size(); ++i) ball_[where[i]] = result[i];
+  stage_.map.forward(again, result);
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < ball_.size(); ++i) {
+    if (fellBack_[i]) ball_[i] = result[next++];
+  }
+}
+
+Vec3 Tile::slope(const Patch& patch, std::size_t neighbour, const Vec3& tangent) const {
+  const Vec3 change =
+      (ball_[neighbour] - ball_[patch.base]) / (fellBack_[neighbour] ? -patch.step : patch.step);
+  // Where both neighbours lie outside, the unit ball's own derivatives give lines of common width.
+  return change.allFinite() ? change : tangent;
 }
 
 Vec3f Tile::shadeSample(const Sample& sample, std::size_t point) {
@@ -242,12 +277,8 @@ Vec3f Tile::shadeSample(const Sample& sample, std::size_t point) {
     at.ball = ball_[point];
     at.pixel = stage_.camera.pixelSize(hit.distance);
     at.lineWidth = options.lineWidth;
-    at.alongFirst = (ball_[patch.base + 1] - ball_[patch.base]) / patch.step;
-    at.alongSecond = (ball_[patch.base + 2] - ball_[patch.base]) / patch.step;
-    // At a sharp edge the neighbours may lie outside; the unit ball's own derivatives then give lines of
-    // common width.
-    if (!at.alongFirst.allFinite()) at.alongFirst = patch.first;
-    if (!at.alongSecond.allFinite()) at.alongSecond = patch.second;
+    at.alongFirst = slope(patch, patch.base + 1, patch.first);
+    at.alongSecond = slope(patch, patch.base + 2, patch.second);
     pattern = hit.kind == HitKind::cut ? cutPattern(at, options.palette) : skinPattern(at, options.palette);
   } else {
     ++unmappedSamples_;
@@ -305,14 +336,16 @@ Rendering renderSolid(const TriMesh& surface, const VolumeMap& map, const Render
   const auto start = std::chrono::steady_clock::now();
   const RenderFrame frame = renderFrame(surface);
   TriMesh mesh = inRenderFrame(surface, frame);
-  std::vector<Plane> planes = cutPlanes(options.cuts, mesh, patternCenter(map, frame));
+  const Vec3 center = mapCenter(map, frame);
+  std::vector<Plane> planes = cutPlanes(options.cuts, mesh, center);
   CutScene scene(std::move(mesh), std::move(planes), options.creaseAngle);
   const std::vector<Vec3> kept = keptVertices(scene);
   const Vec3 up = options.up.normalized();
   const Camera camera(options.viewDirection, up, options.fieldOfView, options.width, options.height,
                       options.margin, kept);
-  const Studio studio(camera, up, lowest(kept, up), options.palette.background);
-  const Stage stage{map, options, frame, std::move(scene), camera, studio};
+  const Studio studio(camera, up, lowest(kept, up), keySide(options.cuts, camera),
+                      options.palette.background);
+  const Stage stage{map, options, frame, center, std::move(scene), camera, studio};
 
   Rendering rendering;
   rendering.picture = Picture(options.width, options.height);

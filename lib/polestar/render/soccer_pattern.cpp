@@ -13,7 +13,8 @@ namespace {
 
 constexpr int kBands = 10;
 constexpr int kPanels = 32;
-constexpr double kPanelAngle = 0.72;  // about the width of a panel, radians
+constexpr double kRoll = 0.35, kTilt = 0.12;  // of the ball, radians
+constexpr double kPanelAngle = 0.72;          // about the width of a panel, radians
 
 /// Face normals over face distances of the truncated icosahedron, scaled to edge length 1: a ray from the
 /// center along u leaves through the face with the largest u . (n / d).
@@ -48,8 +49,11 @@ std::array<Vec3, kPanels> panelForms() {
       }
     }
   }
-  // Its mirror planes are the coordinate planes, where people like to cut: a seam within a cut has no width to draw.
-  const Eigen::Quaterniond turn = Eigen::Quaterniond(0.91, 0.24, -0.17, 0.29).normalized();
+  // Turned so that a hexagon looks along -y, where the faces of many models are, and no mirror plane lies in
+  // a coordinate plane, where people like to cut: a seam within a cut has no width to draw.
+  const Eigen::Quaterniond turn = Eigen::AngleAxisd(kTilt, Vec3::UnitX()) *
+                                  Eigen::AngleAxisd(kRoll, Vec3::UnitY()) *
+                                  Eigen::Quaterniond::FromTwoVectors(Vec3::Ones(), -Vec3::UnitY());
   for (Vec3& form : forms) form = turn * form;
   return forms;
 }
@@ -90,24 +94,51 @@ struct Polar {
 /// Distance to the nearest seam as a length on the surface, and its gradient there.
 struct Seam {
   double distance, first, second;
+  double shown;  ///< falls to 0 where the seam runs within the surface that is seen: it would cover all of it
   Seam(const SoccerPanel& panel, const Polar& polar) {
     first = panel.seamNormal.dot(polar.directionFirst);
     second = panel.seamNormal.dot(polar.directionSecond);
-    // Where the seam runs nearly within the surface that is seen, it would cover all of it.
-    const double slope = std::max(std::hypot(first, second), 0.35 * polar.directionSlope());
-    first /= slope;
-    second /= slope;
-    distance = panel.seamDistance / slope;
+    const double slope = std::hypot(first, second);
+    const double steepest = polar.directionSlope();
+    shown = smoothStep(0.12, 0.35, slope / steepest);
+    const double safe = std::max(slope, 0.12 * steepest);
+    first /= safe;
+    second /= safe;
+    distance = panel.seamDistance / safe;
   }
 };
+
+/// How much of the pixel iso-lines of the radius cover: those at k/10, and finer ones between them where the
+/// bands are wide, so that the lines lie about evenly over the whole cut.
+double isoLines(const Polar& polar, double spacing, const PatternPoint& point) {
+  double covered = 0;
+  double step = 1.0 / kBands;
+  for (int level = 0; level < 4; ++level, step /= 2, spacing /= 2) {
+    const long nearest = std::lround(polar.radius / step);
+    if (nearest == 0 || (level > 0 && (nearest % 2 == 0 || polar.radius < 1.0 / kBands))) continue;
+    const double distance =
+        std::abs(polar.radius - static_cast<double>(nearest) * step) / polar.radiusSlope();
+    const double width = std::min((level == 0 ? 1.0 : 0.5) * point.lineWidth, 0.15 * spacing);
+    // At R = 1 an inexact map may stay flat over a whole region.
+    if (nearest == kBands && level == 0 && polar.radiusSlope() < 0.1) continue;
+    const double shown = level == 0 ? smoothStep(1.5, 4, spacing / point.pixel)
+                                    : 0.8 * smoothStep(6, 12, spacing / point.lineWidth);
+    covered = std::max(covered, shown * lineCoverage(distance, width, point.pixel));
+  }
+  return covered;
+}
 
 }  // namespace
 
 Palette::Palette()
     : hexagon(linearFromSrgb(0xf2e8d5)),
       pentagon(linearFromSrgb(0x1d2f4f)),
+      hexagonRim(linearFromSrgb(0xefdcba)),
+      pentagonRim(linearFromSrgb(0x24406b)),
       hexagonCore(linearFromSrgb(0xc4583a)),
       pentagonCore(linearFromSrgb(0x5f8f86)),
+      hexagonShade(linearFromSrgb(0xd2a26c)),
+      pentagonShade(linearFromSrgb(0x6d93a0)),
       core(linearFromSrgb(0xe9b44c)),
       pole(linearFromSrgb(0x1b2033)),
       line(linearFromSrgb(0x1b2033)),
@@ -149,10 +180,11 @@ PatternValue skinPattern(const PatternPoint& point, const Palette& palette) {
   PatternValue value;
   const Vec3f mean = mix(palette.hexagon, palette.pentagon, 0.3);
   value.albedo = mix(mean, panel.pentagon() ? palette.pentagon : palette.hexagon, detail);
-  value.albedo = mix(value.albedo, palette.line, detail * lineCoverage(seam.distance, width, point.pixel));
+  value.albedo =
+      mix(value.albedo, palette.line, detail * seam.shown * lineCoverage(seam.distance, width, point.pixel));
   // The groove is wider than its dark line, so that light runs along its rims.
   const double t = seam.distance / width;
-  const double slope = detail * 0.9 * t * std::exp(-t * t);
+  const double slope = detail * seam.shown * 0.9 * t * std::exp(-t * t);
   value.slopeFirst = slope * seam.first;
   value.slopeSecond = slope * seam.second;
   return value;
@@ -165,33 +197,29 @@ PatternValue cutPattern(const PatternPoint& point, const Palette& palette) {
   const double spacing = 1.0 / kBands / polar.radiusSlope();
   const double panelSize = kPanelAngle / polar.directionSlope();
 
-  // Panels: warm towards the center, the skin's colors at the rim; every other band a shade deeper.
+  // Panels: warm towards the center, the skin's colors at the rim; every other band, not the last, a shade
+  // deeper.
   const int band = std::min(kBands - 1, static_cast<int>(polar.radius * kBands));
-  const double towardsRim = (band + 0.5) / kBands;
-  const Vec3f hexagon = mix(palette.hexagonCore, palette.hexagon, smoothStep(0.1, 0.95, towardsRim));
-  const Vec3f pentagon = mix(palette.pentagonCore, palette.pentagon, smoothStep(0.1, 0.95, towardsRim));
+  const double towardsRim = smoothStep(0.1, 0.95, (band + 0.5) / kBands);
   const double panels = smoothStep(2, 8, panelSize / point.pixel);
   const double bands = smoothStep(1.5, 4, spacing / point.pixel);
+  const double shade = 0.42 * (band % 2 == 0 ? 0.5 + 0.5 * bands : 0.5 - 0.5 * bands);
+  const Vec3f hexagon =
+      mix(mix(palette.hexagonCore, palette.hexagonRim, towardsRim), palette.hexagonShade, shade);
+  const Vec3f pentagon =
+      mix(mix(palette.pentagonCore, palette.pentagonRim, towardsRim), palette.pentagonShade, shade);
   Vec3f color = mix(mix(hexagon, pentagon, 0.3), panel.pentagon() ? pentagon : hexagon, panels);
-  const double shade = band % 2 == 0 ? 1 : 0.8;
-  color *= static_cast<float>(0.9 + bands * (shade - 0.9));
   if (band == 0) color = palette.core;
 
-  // Lines.
   if (band > 0) {
     const double width = std::min(point.lineWidth, 0.06 * panelSize);
-    color = mix(color, palette.line, panels * lineCoverage(seam.distance, width, point.pixel));
+    color = mix(color, palette.line, panels * seam.shown * lineCoverage(seam.distance, width, point.pixel));
   }
-  const int nearest = static_cast<int>(std::lround(polar.radius * kBands));
-  if (nearest > 0 && nearest < kBands) {
-    const double distance =
-        std::abs(polar.radius - static_cast<double>(nearest) / kBands) / polar.radiusSlope();
-    const double width = std::min(point.lineWidth, 0.15 * spacing);
-    color = mix(color, palette.line, bands * lineCoverage(distance, width, point.pixel));
-  }
-  const double poleRadius = 0.018;
-  const double fromPole = (polar.radius - poleRadius) / polar.radiusSlope();
-  color = mix(color, palette.pole, std::clamp(0.5 - fromPole / point.pixel, 0.0, 1.0));
+  color = mix(color, palette.line, isoLines(polar, spacing, point));
+  // The pole: a dot, which takes its share of a pixel that is larger than itself.
+  const double dot = 0.018 / polar.radiusSlope(), fromPole = polar.radius / polar.radiusSlope();
+  const double share = std::min(1.0, 4 * dot * dot / (point.pixel * point.pixel));
+  color = mix(color, palette.pole, share * std::clamp(0.5 + (dot - fromPole) / point.pixel, 0.0, 1.0));
 
   PatternValue value;
   value.albedo = color;

@@ -11,11 +11,13 @@ namespace polestar {
 /// Colors of the pattern and its surroundings, scene-linear.
 struct Palette {
   Palette();
-  Vec3f hexagon, pentagon;          ///< skin, and the outermost band of a cut
-  Vec3f hexagonCore, pentagonCore;  ///< what they turn into towards the center
-  Vec3f core;                       ///< the ball R < 1/10
-  Vec3f pole;                       ///< a dot at the center
-  Vec3f line;                       ///< seams and iso-lines
+  Vec3f hexagon, pentagon;            ///< skin
+  Vec3f hexagonRim, pentagonRim;      ///< the outermost band of a cut
+  Vec3f hexagonCore, pentagonCore;    ///< what they turn into towards the center
+  Vec3f hexagonShade, pentagonShade;  ///< of which every other band gets a touch
+  Vec3f core;                         ///< the ball R < 1/10
+  Vec3f pole;                         ///< a dot at the center
+  Vec3f line;                         ///< seams and iso-lines
   Vec3f background;
   Vec3f unmapped;  ///< where the map gives NaN
 };
@@ -51,7 +53,8 @@ struct PatternValue {
 /// Color of the outer surface: panels and their seams, which are grooves too.
 PatternValue skinPattern(const PatternPoint& point, const Palette& palette);
 
-/// Color on a cut: panels x bands, seams and iso-lines. Lines get thinner, then the pattern gives way to its
+/// Color on a cut: panels x bands, seams and iso-lines at R = k/10, finer ones where those lie far apart.
+/// Lines get thinner, then the pattern gives way to its
 /// mean color, where bands or panels come to lie closer than a few pixels.
 PatternValue cutPattern(const PatternPoint& point, const Palette& palette);
 

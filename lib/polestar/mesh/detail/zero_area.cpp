@@ -23,9 +23,11 @@ class ZeroAreaMender {
     std::reverse(waiting.begin(), waiting.end());  // taken from the back
     trianglesAt_.resize(mesh_.vertices.size());
     for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) attach(static_cast<std::int32_t>(t));
-    // Every step shortens a longest edge or removes an edge; the bound is for rounding that undoes it.
+    // Every step shortens a longest edge or removes an edge; the bounds are for rounding that undoes it, and
+    // for crafted fans of millions of triangles around one vertex.
     std::size_t mended = 0;
-    for (std::size_t steps = 16 * waiting.size() + 64; steps > 0 && !waiting.empty(); --steps) {
+    for (std::size_t steps = 16 * waiting.size() + 64; steps > 0 && work_ < kMostWork && !waiting.empty();
+         --steps) {
       const std::int32_t t = waiting.back();
       waiting.pop_back();
       if (!isAlive(t) || !isFlat(t)) continue;
@@ -55,20 +57,25 @@ class ZeroAreaMender {
     for (const std::int32_t v : mesh_.triangles[t]) trianglesAt_[v].push_back(t);
   }
   void detach(std::int32_t t) {
-    for (const std::int32_t v : mesh_.triangles[t]) std::erase(trianglesAt_[v], t);
+    for (const std::int32_t v : mesh_.triangles[t]) {
+      work_ += trianglesAt_[v].size();
+      std::erase(trianglesAt_[v], t);
+    }
   }
   bool has(std::int32_t t, std::int32_t v) const {
     const Triangle& corners = mesh_.triangles[t];
     return corners[0] == v || corners[1] == v || corners[2] == v;
   }
-  std::vector<std::int32_t> trianglesOnEdge(std::int32_t a, std::int32_t b) const {
+  std::vector<std::int32_t> trianglesOnEdge(std::int32_t a, std::int32_t b) {
+    work_ += trianglesAt_[a].size();
     std::vector<std::int32_t> found;
     for (const std::int32_t t : trianglesAt_[a]) {
       if (has(t, b)) found.push_back(t);
     }
     return found;
   }
-  std::vector<std::int32_t> neighbours(std::int32_t v) const {
+  std::vector<std::int32_t> neighbours(std::int32_t v) {
+    work_ += trianglesAt_[v].size();
     std::vector<std::int32_t> found;
     for (const std::int32_t t : trianglesAt_[v]) {
       for (const std::int32_t w : mesh_.triangles[t]) {
@@ -135,7 +142,9 @@ class ZeroAreaMender {
   }
 
   TriMesh& mesh_;
+  static constexpr std::size_t kMostWork = 1'000'000'000;
   double rounding_ = 0;
+  std::size_t work_ = 0;  ///< triangles looked at
   std::vector<std::vector<std::int32_t>> trianglesAt_;
 };
 

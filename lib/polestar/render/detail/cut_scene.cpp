@@ -172,7 +172,8 @@ SolidHit CutScene::skinHit(const Ray& ray, double nearest, double farthest, bool
 
   // In doubles from the triangle, so that the point lies on the very surface that the map knows.
   const std::size_t t = query.hit.primID;
-  const double u = query.hit.u, v = query.hit.v, w = 1 - u - v;
+  const double u = std::clamp<double>(query.hit.u, 0, 1), v = std::clamp<double>(query.hit.v, 0, 1 - u),
+               w = 1 - u - v;
   hit.kind = HitKind::skin;
   hit.distance = query.ray.tfar;
   hit.position = w * surface_.corner(t, 0) + u * surface_.corner(t, 1) + v * surface_.corner(t, 2);

@@ -9,9 +9,9 @@ namespace polestar::detail {
 namespace {
 
 constexpr double kKeyRadius = 0.22;     // tangent of the key light's angular radius
-constexpr double kKeyStrength = 0.66;   // of the light on a white surface that faces the key
-constexpr double kDomeStrength = 0.46;  // of the light on a white surface under the open dome
-constexpr double kBounce = 0.32;        // what a shaded neighbour sends back, relative to the open dome
+constexpr double kKeyStrength = 0.80;   // of the light on a white surface that faces the key
+constexpr double kDomeStrength = 0.50;  // of the light on a white surface under the open dome
+constexpr double kBounce = 0.42;        // what a shaded neighbour sends back, relative to the open dome
 constexpr double kFloorBounce = 0.62;   // the same for the floor
 constexpr double kRimStrength = 0.16;
 constexpr double kRayOffset = 1e-4;  // of shadow rays, in units of the solid's half diagonal
@@ -38,11 +38,12 @@ double fresnel(double cosine) { return 0.04 + 0.96 * std::pow(1 - std::clamp(cos
 
 }  // namespace
 
-Studio::Studio(const Camera& camera, const Vec3& up, double floor, const Vec3f& background)
+Studio::Studio(const Camera& camera, const Vec3& up, double floor, double keySide, const Vec3f& background)
     : up_(up), floor_(floor), background_(background) {
   const Vec3 back = -camera.forward();
-  key_ = (-0.75 * camera.right() + 0.95 * up + 0.75 * back).normalized();
-  rim_ = (0.9 * camera.right() + 0.35 * up - 0.55 * back).normalized();
+  const Vec3 side = (keySide > 0 ? 1 : -1) * camera.right();
+  key_ = (0.7 * side + 0.9 * up + 0.8 * back).normalized();
+  rim_ = (-0.9 * side + 0.35 * up - 0.45 * back).normalized();
   makeBasis(key_, keyRight_, keyUp_);
 }
 
@@ -70,13 +71,14 @@ Vec3f Studio::shadeSolid(const CutScene& scene, const SolidHit& hit, const Vec3&
 
   const Vec3 domeDirection = cosineDirection(normal, sample.dome);
   const bool domeSeen = hit.normal.dot(domeDirection) > 0 && !scene.occluded({origin, domeDirection});
-  const double dome = domeSeen ? domeRadiance(domeDirection) : kBounce;
+  const double dome = kDomeStrength * (domeSeen ? domeRadiance(domeDirection) : kBounce);
   const double rim = kRimStrength * std::max(0.0, normal.dot(rim_));
-
   const double key = keySeen ? kKeyStrength * keyCosine : 0;
-  // The key is a little warm, the dome a little cool.
-  const Vec3f keyLight = static_cast<float>(key) * Vec3f(1.03f, 1.0f, 0.95f);
-  const Vec3f domeLight = static_cast<float>(kDomeStrength * dome + rim) * Vec3f(0.98f, 1.0f, 1.03f);
+  // The key is a little warm, the dome a little cool, and what comes back from the warm cut surfaces warm.
+  const Vec3f warm(1.03f, 1.0f, 0.95f), cool(0.98f, 1.0f, 1.03f), bounced(1.14f, 1.0f, 0.84f);
+  const Vec3f keyLight = static_cast<float>(key) * warm;
+  const Vec3f domeLight =
+      static_cast<float>(dome) * (domeSeen ? cool : bounced) + static_cast<float>(rim) * cool;
   Vec3f light = material.albedo.cwiseProduct(keyLight + domeLight);
 
   if (material.gloss > 0) {

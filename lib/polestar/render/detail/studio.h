@@ -22,8 +22,9 @@ struct Material {
 /// All radiances are relative to a white matte surface that faces the key light: that one is about 1.
 class Studio {
  public:
-  /// `up` is away from the floor, which lies at up . x = floor. The lights follow the camera around.
-  Studio(const Camera& camera, const Vec3& up, double floor, const Vec3f& background);
+  /// `up` is away from the floor, which lies at up . x = floor. The lights follow the camera around, the key
+  /// light from its right (keySide > 0) or left.
+  Studio(const Camera& camera, const Vec3& up, double floor, double keySide, const Vec3f& background);
 
   /// Light from a point of the solid towards `toViewer`.
   Vec3f shadeSolid(const CutScene& scene, const SolidHit& hit, const Vec3& normal, const Material& material,

@@ -1,0 +1,214 @@
+#include "polestar/green/green_function.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "polestar/core/error.h"
+#include "polestar/core/threads.h"
+#include "polestar/mesh/shapes.h"
+#include "support/exact_green.h"
+#include "support/meshes.h"
+#include "support/solids.h"
+
+namespace polestar {
+namespace {
+
+using testing::BallGreen;
+using testing::CubeGreen;
+using testing::HalfBallGreen;
+using testing::ballRadius;
+using testing::pointsInside;
+using testing::starShape;
+
+const Vec3 kBallPole(0.3, 0.2, -0.1), kHalfBallPole(0.1, 0, 0.4), kCubePole(0.2, 0.1, -0.15);
+
+/// max |R - R_exact| at points inside, R from the solver.
+template <class Exact>
+double radiusError(const GreenFunction& green, const Exact& exact, std::size_t count) {
+  const Frame& frame = green.shape().frame();
+  const std::vector<Vec3> points = pointsInside(green.shape(), count);
+  double worst = 0;
+  for (const Vec3& x : points) {
+    const Vec3 inner = frame.toInner(x);
+    double value;
+    Vec3 gradient;
+    green.evaluate({&inner, 1}, {&value, 1}, {&gradient, 1});
+    worst = std::max(worst, std::abs(green.ballRadius(value) - ballRadius(exact.green(x), exact.harmonicRadius())));
+  }
+  return worst;
+}
+
+// No refinement: the rates below are those of a given mesh.
+GreenOptions onePass() {
+  GreenOptions options;
+  options.maxPasses = 1;
+  return options;
+}
+
+TEST(GreenFunction, BallWithOffCenterPoleConvergesToTheKelvinImage) {
+  const BallGreen exact{kBallPole};
+  const double coarse = radiusError(solveGreen(starShape(icosphere(4), kBallPole), onePass()), exact, 1000);
+  const GreenFunction green = solveGreen(starShape(icosphere(5), kBallPole), onePass());
+  const double fine = radiusError(green, exact, 1000);
+  EXPECT_LT(fine, 2e-3);
+  // Second order in the edge length: halving it, as a level does, divides the error by four.
+  EXPECT_GT(coarse / fine, 3);
+  EXPECT_NEAR(green.charge(), -1, 1e-4);
+  EXPECT_NEAR(green.harmonicRadius() * green.shape().frame().unit, exact.harmonicRadius(), 1e-3);
+  EXPECT_EQ(green.record().wrongSignArea, 0);
+}
+
+TEST(GreenFunction, BallDensityIsThePoissonKernel) {
+  const TriMesh mesh = icosphere(4);
+  const GreenFunction green = solveGreen(starShape(mesh, kBallPole), onePass());
+  const double unit = green.shape().frame().unit;
+  double worst = 0;
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const double exact = BallGreen{kBallPole}.harmonicMeasure(mesh.vertices[i]);
+    worst = std::max(worst, std::abs(-green.density()[i] / (unit * unit) / exact - 1));
+  }
+  EXPECT_LT(worst, 0.05);
+}
+
+TEST(GreenFunction, HalfBallAgainstFourImages) {
+  const HalfBallGreen exact{kHalfBallPole};
+  const double coarse = radiusError(solveGreen(starShape(halfBall(20), kHalfBallPole), onePass()), exact, 1000);
+  const double fine = radiusError(solveGreen(starShape(halfBall(41), kHalfBallPole), onePass()), exact, 1000);
+  EXPECT_LT(fine, 6e-3);
+  EXPECT_GT(coarse / fine, 2.5);
+}
+
+TEST(GreenFunction, CubeAgainstItsLatticeOfImages) {
+  const CubeGreen exact{kCubePole};
+  const double coarse = radiusError(solveGreen(starShape(cube(20), kCubePole), onePass()), exact, 25);
+  const double fine = radiusError(solveGreen(starShape(cube(40), kCubePole), onePass()), exact, 25);
+  EXPECT_LT(fine, 1e-3);
+  EXPECT_GT(coarse / fine, 2.5);
+}
+
+TEST(GreenFunction, CubeHasTheMadelungConstantAtItsCenter) {
+  const GreenFunction green = solveGreen(starShape(cube(40), Vec3(0, 0, 0)), onePass());
+  // h of the unit cube; the mesh has side 2.
+  const double h = -2 / (green.harmonicRadius() * green.shape().frame().unit);
+  EXPECT_NEAR(h, -1.74756459, 5e-6);
+}
+
+TEST(GreenFunction, ObeysTheMaximumPrinciple) {
+  const GreenFunction green = solveGreen(starShape(smoothStar(3)));
+  const TriMesh& mesh = green.shape().mesh();
+  double low = 0, high = -1e300;
+  for (const Vec3& v : mesh.vertices) {
+    low = std::min(low, -1 / v.norm());
+    high = std::max(high, -1 / v.norm());
+  }
+  std::vector<Vec3> points = pointsInside(green.shape(), 2000);
+  for (Vec3& x : points) x = green.shape().frame().toInner(x);
+  std::vector<double> h(points.size());
+  std::vector<Vec3> gradient(points.size());
+  green.field().evaluate(points, h, gradient);
+  const double slack = green.boundaryError().max / green.harmonicRadius();
+  for (const double value : h) {
+    EXPECT_GT(value, low - slack);
+    EXPECT_LT(value, high + slack);
+  }
+}
+
+TEST(GreenFunction, AtTheCenterItIsInfinite) {
+  const GreenFunction green = solveGreen(starShape(icosphere(2)), onePass());
+  const Vec3 center = Vec3::Zero();
+  double value;
+  Vec3 gradient;
+  green.evaluate({&center, 1}, {&value, 1}, {&gradient, 1});
+  EXPECT_EQ(value, std::numeric_limits<double>::infinity());
+  EXPECT_TRUE(gradient.hasNaN());
+  EXPECT_EQ(green.ballRadius(value), 0);
+}
+
+TEST(GreenFunction, RefinementBringsTheBoundaryErrorDown) {
+  // A star polyhedron with reentrant edges, where the density is unbounded.
+  const TriMesh mesh = radialShape(2, [](const Vec3& w) {
+    return w.cwiseAbs().maxCoeff() > 0.85 ? 1.0 : 0.55;
+  });
+  const StarShape shape = starShape(mesh);
+  GreenOptions options;
+  options.boundaryTolerance = 1e-9;  // never reached: all passes are used
+  options.maxPasses = 1;
+  const double first = solveGreen(shape, options).boundaryError().rms;
+  options.maxPasses = 3;
+  options.growth = 20;
+  const GreenFunction refined = solveGreen(shape, options);
+  EXPECT_LT(refined.boundaryError().rms, 0.5 * first);
+  EXPECT_EQ(refined.record().summary.passes, 3);
+  for (std::size_t i = 0; i < shape.mesh().vertices.size(); ++i) {
+    ASSERT_EQ(refined.layerMesh().vertices[i], shape.mesh().vertices[i]);
+  }
+}
+
+TEST(GreenFunction, SameBytesForAnyNumberOfThreads) {
+  const StarShape shape = starShape(smoothStar(3));
+  std::vector<double> one, two;
+  withThreads(1, [&] {
+    const GreenFunction green = solveGreen(shape);
+    one.assign(green.density().begin(), green.density().end());
+  });
+  withThreads(2, [&] {
+    const GreenFunction green = solveGreen(shape);
+    two.assign(green.density().begin(), green.density().end());
+  });
+  EXPECT_EQ(one, two);
+}
+
+TEST(GreenFunction, RestoredFromItsDensityItIsTheSame) {
+  const GreenFunction green = solveGreen(starShape(smoothStar(2)));
+  const GreenFunction again = restoreGreen(green.shape(), green.layerMesh(),
+                                           {green.density().begin(), green.density().end()}, green.record());
+  const Vec3 x(0.1, 0.2, -0.3);
+  double a, b;
+  Vec3 gradient;
+  green.evaluate({&x, 1}, {&a, 1}, {&gradient, 1});
+  again.evaluate({&x, 1}, {&b, 1}, {&gradient, 1});
+  EXPECT_EQ(a, b);
+}
+
+TEST(GreenFunction, SaysWhenItDoesNotConverge) {
+  GreenOptions options;
+  options.maxIterations = 2;
+  try {
+    solveGreen(starShape(smoothStar(2)), options);
+    FAIL() << "two iterations cannot reach 1e-6";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), Errc::notConverged);
+    EXPECT_NE(std::string(error.what()).find("residual"), std::string::npos);
+  }
+}
+
+TEST(GreenFunction, StopsWhenCancelled) {
+  Context context;
+  context.cancel();
+  EXPECT_THROW(solveGreen(starShape(icosphere(3)), {}, context), Error);
+}
+
+TEST(GreenFunction, RejectsImpossibleOptions) {
+  const StarShape shape = starShape(icosphere(1));
+  for (auto spoil : std::initializer_list<void (*)(GreenOptions&)>{
+           [](GreenOptions& o) { o.residual = 0; }, [](GreenOptions& o) { o.maxIterations = 0; },
+           [](GreenOptions& o) { o.neighbours = 0; }, [](GreenOptions& o) { o.boundaryTolerance = -1; },
+           [](GreenOptions& o) { o.growth = 0.5; }, [](GreenOptions& o) { o.maxPasses = 0; }}) {
+    GreenOptions options;
+    spoil(options);
+    EXPECT_THROW(solveGreen(shape, options), Error);
+  }
+}
+
+TEST(GreenFunction, RealModelsKeepTheirBoundaryAndCharge) {
+  POLESTAR_REQUIRE_MESHES();
+  for (const char* name : {"castalia.obj", "psyche.obj", "sylvia.off", "castalia_bump_2.obj"}) {
+    const GreenFunction green = solveGreen(testing::starShapeFromFile(*testing::meshFolder() / name));
+    EXPECT_LT(green.boundaryError().max, 1e-2) << name;
+    EXPECT_NEAR(green.charge(), -1, 1e-3) << name;
+  }
+}
+
+}  // namespace
+}  // namespace polestar

@@ -1,0 +1,106 @@
+#include "polestar/map/map_file.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <random>
+
+#include "polestar/core/error.h"
+#include "polestar/mesh/shapes.h"
+#include "support/solids.h"
+
+namespace polestar {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::pointsInside;
+
+class MapFileTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("polestar map file " + std::to_string(::getpid()));
+    fs::create_directories(folder_);
+    path_ = folder_ / "star.pmap";
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  static const BallMap& map() {
+    static const BallMap made = testing::ballMap(testing::starShape(
+        transformed(smoothStar(2), [](const Vec3& p) { return Vec3(0.1 * p + Vec3(5, 6, 7)); })));
+    return made;
+  }
+  std::vector<char> bytes() const {
+    std::ifstream in(path_, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  void replace(const std::vector<char>& content) const {
+    std::ofstream(path_, std::ios::binary).write(content.data(), static_cast<std::streamsize>(content.size()));
+  }
+
+  fs::path folder_, path_;
+};
+
+TEST_F(MapFileTest, HoldsTheMapToTheLastBit) {
+  const std::string hash = writeMapFile(path_, map(), {"star.obj", "polestar map star.obj -o star.vdb"});
+  const MapFile file = readMapFile(path_);
+  EXPECT_EQ(file.hash, hash);
+  EXPECT_EQ(hash.size(), 32u);
+  EXPECT_EQ(file.provenance.source, "star.obj");
+  EXPECT_EQ(file.provenance.arguments, "polestar map star.obj -o star.vdb");
+  const std::vector<Vec3> x = pointsInside(map().chart().green().shape(), 500);
+  std::vector<Vec3> before(x.size()), after(x.size());
+  map().forward(x, before);
+  file.map.forward(x, after);
+  EXPECT_EQ(before, after);
+  map().inverse(before, before);
+  file.map.inverse(after, after);
+  EXPECT_EQ(before, after);
+  EXPECT_EQ(file.map.chart().green().record().charge, map().chart().green().record().charge);
+  EXPECT_EQ(file.map.chart().report().cells.bad(), map().chart().report().cells.bad());
+  // The traced map needs the density, too.
+  std::vector<Vec3> a(1), b(1);
+  TracedBallMap(map()).forward({&x[7], 1}, a);
+  TracedBallMap(file.map).forward({&x[7], 1}, b);
+  EXPECT_EQ(a, b);
+}
+
+TEST_F(MapFileTest, SameMapSameBytes) {
+  writeMapFile(path_, map());
+  const std::vector<char> first = bytes();
+  writeMapFile(path_, map());
+  EXPECT_EQ(first, bytes());
+}
+
+TEST_F(MapFileTest, AnyDamageIsRefused) {
+  writeMapFile(path_, map());
+  const std::vector<char> good = bytes();
+  std::mt19937 random(11);
+  for (int i = 0; i < 300; ++i) {
+    std::vector<char> bad = good;
+    if (i % 3 == 0) {
+      bad.resize(random() % bad.size());
+    } else {
+      bad[i < 150 ? random() % 4096 : random() % bad.size()] ^= static_cast<char>(1 << random() % 8);
+    }
+    replace(bad);
+    EXPECT_THROW(readMapFile(path_), Error);
+    EXPECT_THROW(readMapFileInfo(path_), Error);
+  }
+}
+
+TEST_F(MapFileTest, OtherFilesAreNamed) {
+  replace({'s', 'o', 'l', 'i', 'd'});
+  try {
+    readMapFile(path_);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), Errc::io);
+    EXPECT_NE(std::string(error.what()).find("star.pmap"), std::string::npos);
+  }
+  EXPECT_THROW(readMapFile(folder_ / "nothing.pmap"), Error);
+  EXPECT_THROW(readMapFile(folder_), Error);
+}
+
+}  // namespace
+}  // namespace polestar

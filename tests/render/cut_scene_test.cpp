@@ -1,0 +1,135 @@
+#include "polestar/render/detail/cut_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <optional>
+#include <random>
+
+#include "polestar/mesh/bodies.h"
+#include "polestar/mesh/shapes.h"
+
+namespace polestar::detail {
+namespace {
+
+constexpr double kCrease = 0.9;
+
+class Random {
+ public:
+  double uniform(double low, double high) {
+    return low + (high - low) * (static_cast<double>(generator_()) / 4294967296.0);
+  }
+  Vec3 point(double size) { return {uniform(-size, size), uniform(-size, size), uniform(-size, size)}; }
+  Vec3 direction() { return point(1).normalized(); }
+
+ private:
+  std::mt19937 generator_{11};
+};
+
+/// Inside the cube [-1, 1]^3 and not cut away.
+bool left(const Vec3& p, const std::vector<Plane>& planes) {
+  bool away = !planes.empty();
+  for (const Plane& plane : planes) away = away && plane.normal.dot(p) > plane.offset;
+  return p.cwiseAbs().maxCoeff() < 1 && !away;
+}
+
+/// Where a ray first enters what is left, by short steps: slow, and knows nothing of intervals.
+std::optional<double> marched(const Ray& ray, const std::vector<Plane>& planes, double from = 0) {
+  for (double t = from; t < 12; t += 1e-3) {
+    if (left(ray.origin + t * ray.direction, planes)) return t;
+  }
+  return std::nullopt;
+}
+
+std::vector<std::vector<Plane>> someCuts() {
+  const Vec3 a = Vec3(1, 0.3, 0.1).normalized(), b = Vec3(-0.2, -1, 0.3).normalized(),
+             c = Vec3(0, 0.2, 1).normalized();
+  return {{}, {{a, 0.1}}, {{a, -0.1}, {b, 0.05}}, {{a, 0}, {b, -0.2}, {c, 0.1}}};
+}
+
+TEST(CutScene, FirstHitIsWhereAMarchEntersTheSolid) {
+  Random random;
+  for (const auto& planes : someCuts()) {
+    const CutScene scene(cube(4), planes, kCrease);
+    int cutHits = 0, skinHits = 0;
+    for (int i = 0; i < 1500; ++i) {
+      const Vec3 origin = 5 * random.direction();
+      const Ray ray{origin, (random.point(1.2) - origin).normalized()};
+      const auto expected = marched(ray, planes);
+      const SolidHit hit = scene.firstHit(ray);
+      if (!expected) {
+        // The march may step over a sliver.
+        if (hit.kind != HitKind::none) {
+          EXPECT_FALSE(left(hit.position + 3e-3 * ray.direction, planes));
+        }
+        continue;
+      }
+      ASSERT_NE(hit.kind, HitKind::none);
+      if (*expected > hit.distance + 2e-3) {  // again a sliver
+        EXPECT_FALSE(left(hit.position + 3e-3 * ray.direction, planes));
+        continue;
+      }
+      EXPECT_NEAR(hit.distance, *expected, 2e-3);
+      EXPECT_LT((hit.position - ray.origin - hit.distance * ray.direction).norm(), 1e-5);
+      EXPECT_LE(hit.normal.dot(ray.direction), 0);
+      if (hit.kind == HitKind::cut) {
+        ++cutHits;
+        EXPECT_NEAR(planes[hit.plane].normal.dot(hit.position), planes[hit.plane].offset, 1e-9);
+        EXPECT_LT(hit.position.cwiseAbs().maxCoeff(), 1 + 1e-6);
+      } else {
+        ++skinHits;
+        EXPECT_NEAR(hit.position.cwiseAbs().maxCoeff(), 1, 1e-12);
+      }
+    }
+    EXPECT_GT(skinHits, 300);
+    EXPECT_EQ(cutHits > 0, !planes.empty());
+  }
+}
+
+TEST(CutScene, OcclusionIsWhatAMarchMeets) {
+  Random random;
+  for (const auto& planes : someCuts()) {
+    const CutScene scene(cube(4), planes, kCrease);
+    int blocked = 0, decided = 0;
+    for (int i = 0; i < 1500; ++i) {
+      const Vec3 from = 5 * random.direction();
+      const SolidHit hit = scene.firstHit({from, (random.point(0.8) - from).normalized()});
+      if (hit.kind == HitKind::none) continue;
+      Vec3 direction = random.direction();
+      if (direction.dot(hit.normal) < 0) direction = -direction;
+      if (direction.dot(hit.normal) < 0.05) continue;
+      const Ray ray{hit.position + 1e-4 * hit.normal, direction};
+      const bool expected = marched(ray, planes).has_value();
+      const bool found = scene.occluded(ray);
+      // What is met for less than a step may be missed by the march, never the other way round.
+      EXPECT_TRUE(found || !expected);
+      decided += found == expected;
+      blocked += found;
+    }
+    EXPECT_GT(decided, 400);
+    // Only a wedge or a corner has walls that see each other.
+    EXPECT_EQ(blocked > 20, planes.size() > 1) << blocked;
+  }
+}
+
+TEST(CutScene, ShadingNormalsSmoothTheBallAndKeepTheCubesEdges) {
+  const CutScene ball(geodesicSphere(8), {}, kCrease), box(cube(6), {}, kCrease);
+  Random random;
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 origin = 5 * random.direction();
+    const Ray ray{origin, (random.point(0.4) - origin).normalized()};
+    const SolidHit onBall = ball.firstHit(ray), onBox = box.firstHit(ray);
+    ASSERT_EQ(onBall.kind, HitKind::skin);
+    EXPECT_GT(onBall.shadingNormal.dot(onBall.position.normalized()), std::cos(0.01));
+    // The facet lies below the sphere, by up to 0.003; shadow rays start about as much above it.
+    EXPECT_GT(onBall.shadowOrigin.norm(), onBall.position.norm() - 1e-12);
+    EXPECT_LT(onBall.shadowOrigin.norm(), 1.006);
+    ASSERT_EQ(onBox.kind, HitKind::skin);
+    EXPECT_TRUE(onBox.shadingNormal.isApprox(onBox.normal, 1e-12));
+    EXPECT_TRUE(onBox.shadowOrigin.isApprox(onBox.position, 1e-12));
+  }
+}
+
+}  // namespace
+}  // namespace polestar::detail

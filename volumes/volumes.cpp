@@ -1,0 +1,40 @@
+#include "volumes/volumes.h"
+
+#include <cmath>
+
+#include "polestar/mesh/bodies.h"
+#include "polestar/mesh/shapes.h"
+
+namespace polestar {
+namespace {
+
+/// Decimals that survive the last bits of any compiler's arithmetic.
+TriMesh rounded(const TriMesh& mesh) {
+  return transformed(mesh, [](const Vec3& v) -> Vec3 { return (1e6 * v).array().round() / 1e6 + 0.0; });
+}
+
+TriMesh ballOffCenter() {
+  return rounded(transformed(geodesicSphere(16), [](const Vec3& v) { return Vec3(v + Vec3(0.5, 0, 0)); }));
+}
+
+}  // namespace
+
+std::vector<Volume> shippedVolumes() {
+  const Vec3 origin = Vec3::Zero();
+  return {
+      {"asteroid.ply", "asteroid: stretched body, ridges and craters from seeded noise", origin,
+       [] { return asteroid(23); }},
+      {"ball_offcenter.ply", "unit ball about (0.5, 0, 0)", origin, ballOffCenter},
+      {"cube.obj", "cube [-1, 1]^3", origin, [] { return cube(16); }},
+      {"half_ball.ply", "upper half of the unit ball", Vec3(0, 0, 0.4), [] { return rounded(halfBall(20)); }},
+      {"head.ply", "stylized head: blended ellipsoids and cones; looks along -y, crown along +z", origin,
+       [] { return stylizedHead(32); }},
+      {"smooth_star.ply", "three lobes up, three down: radius 1 + 0.3 Y", origin,
+       [] { return rounded(smoothStar(4)); }},
+      {"star_polyhedron.obj", "small stellated dodecahedron", origin, [] { return starPolyhedron(8); }},
+      {"twelve_lobes.ply", "ball with a bump over each vertex of an icosahedron", origin,
+       [] { return twelveLobes(16); }},
+  };
+}
+
+}  // namespace polestar
