@@ -22,8 +22,11 @@ TEST(CoreIsotopy, IsPhiOutsideARotationInsideAndFlipFreeBetween) {
     std::vector<Vec3> direction;
     for (std::size_t i = 0; i < phi.size(); ++i) {
       direction.push_back(isotopy.direction(radius, sphere.vertices[i], phi[i]));
-      if (radius >= 0.25) EXPECT_EQ(direction[i], phi[i]);
-      if (radius <= 0.0625) EXPECT_LT((direction[i] - isotopy.rotation() * sphere.vertices[i]).norm(), 1e-14);
+      if (radius >= 0.25) {
+        EXPECT_EQ(direction[i], phi[i]);
+      } else if (radius <= 0.0625) {
+        EXPECT_LT((direction[i] - isotopy.rotation() * sphere.vertices[i]).norm(), 1e-14);
+      }
     }
     EXPECT_EQ(countFlips(direction, sphere.triangles), 0u) << "at R = " << radius;
   }

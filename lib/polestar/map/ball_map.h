@@ -27,8 +27,8 @@ struct BallMapOptions {
   void validate() const;  ///< @throws Error{Errc::usage}
 };
 
-/// The map by its table, the foliation: R from interpolated h (never from interpolated G), directions linear on the
-/// cells. Cheap to copy. Frames: points of the solid in mesh units, of the domain in the unit ball.
+/// The map by its table, the foliation: R from h interpolated with its gradients, directions those of the piecewise
+/// linear map from the foliation's cells to their images in the ball. Cheap to copy. Frames: points of the solid in mesh units, of the domain in the unit ball.
 class BallMap final : public VolumeMap {
  public:
   BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options = {});

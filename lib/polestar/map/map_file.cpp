@@ -112,6 +112,7 @@ json describe(const BallMap& map, const MapProvenance& provenance) {
             {"flips", map.sphere().flips},
             {"qc_mean", map.sphere().qcMean},
             {"qc_max", map.sphere().qcMax},
+            {"repaired_vertices", map.sphere().repairedVertices},
             {"fallback", map.sphere().fallbackReason}}},
           {"core", map.options().core == CoreMode::smooth ? "smooth" : "paper"},
           {"core_radius", map.options().coreRadius}};
@@ -254,6 +255,7 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   sphere.flips = countFlips(sphere.directions, f.triangles);
   sphere.qcMean = s.at("qc_mean");
   sphere.qcMax = s.at("qc_max");
+  sphere.repairedVertices = s.at("repaired_vertices");
   sphere.fallbackReason = s.at("fallback");
   const BallMapOptions options{header.at("core") == "smooth" ? CoreMode::smooth : CoreMode::paper,
                                header.at("core_radius")};

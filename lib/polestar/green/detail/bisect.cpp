@@ -2,23 +2,22 @@
 
 #include <algorithm>
 #include <map>
-#include <tuple>
 
 namespace polestar::detail {
 namespace {
 
 using Edge = std::pair<std::int32_t, std::int32_t>;
 
-// Which edge of triangle t is its longest; both triangles of an edge must rank it the same way, so its length is
-// taken with sorted ends and ties go to the larger pair of ids.
+// The longest edge of triangle t. Edges of nearly the same length go by their vertices' ids: symmetric meshes are full
+// of ties, and rounding must not decide them one way here and another way for a turned copy.
 int longestEdge(const TriMesh& mesh, const Triangle& t) {
-  auto rank = [&](int k) {
-    const Edge edge = std::minmax(t[k], t[(k + 1) % 3]);
-    return std::tuple((mesh.vertices[edge.first] - mesh.vertices[edge.second]).squaredNorm(), edge);
-  };
+  constexpr double kTie = 1e-4;
+  auto edge = [&](int k) { return Edge(std::minmax({t[k], t[(k + 1) % 3]})); };
+  auto length = [&](int k) { return (mesh.vertices[t[k]] - mesh.vertices[t[(k + 1) % 3]]).norm(); };
   int best = 0;
   for (int k = 1; k < 3; ++k) {
-    if (rank(k) > rank(best)) best = k;
+    const double ratio = length(k) / length(best);
+    if (ratio > 1 + kTie || (ratio > 1 - kTie && edge(k) > edge(best))) best = k;
   }
   return best;
 }
@@ -32,7 +31,7 @@ Refinement bisectLongestEdges(const TriMesh& mesh, const std::vector<char>& mark
   for (std::size_t t = 0; t < count; ++t) {
     longest[t] = longestEdge(mesh, mesh.triangles[t]);
     for (int k = 0; k < 3; ++k) {
-      const Edge edge = std::minmax(mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]);
+      const Edge edge = std::minmax({mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]});
       const auto [entry, isNew] = trianglesOf.try_emplace(edge, std::array{t, t});
       if (!isNew) entry->second[1] = t;
     }
@@ -47,7 +46,7 @@ Refinement bisectLongestEdges(const TriMesh& mesh, const std::vector<char>& mark
   while (!pending.empty()) {
     const std::size_t t = pending.back();
     pending.pop_back();
-    const Edge edge = std::minmax(mesh.triangles[t][longest[t]], mesh.triangles[t][(longest[t] + 1) % 3]);
+    const Edge edge = std::minmax({mesh.triangles[t][longest[t]], mesh.triangles[t][(longest[t] + 1) % 3]});
     if (!middle.try_emplace(edge, -1).second) continue;
     for (const std::size_t neighbour : trianglesOf.at(edge)) pending.push_back(neighbour);
   }
@@ -64,7 +63,7 @@ Refinement bisectLongestEdges(const TriMesh& mesh, const std::vector<char>& mark
     const Triangle& corner = mesh.triangles[t];
     const std::int32_t a = corner[longest[t]], b = corner[(longest[t] + 1) % 3], c = corner[(longest[t] + 2) % 3];
     auto cut = [&](std::int32_t u, std::int32_t v) {
-      const auto found = middle.find(std::minmax(u, v));
+      const auto found = middle.find(std::minmax({u, v}));
       return found == middle.end() ? -1 : found->second;
     };
     const std::int32_t ab = cut(a, b), bc = cut(b, c), ca = cut(c, a);

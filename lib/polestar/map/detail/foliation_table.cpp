@@ -10,6 +10,10 @@ namespace polestar::detail {
 FoliationTable::FoliationTable(GreenChart chart, std::vector<Vec3> nodeDirections)
     : chart_(std::move(chart)), nodeDirections_(std::move(nodeDirections)) {
   const Foliation& f = chart_.foliation();
+  nodeGreen_.assign(f.centerNode(), 0.0);
+  for (std::size_t id = f.vertexCount; id < nodeGreen_.size(); ++id) {
+    nodeGreen_[id] = std::max(0.0, 1 / f.nodes[id].norm() + chart_.harmonic()[id]);
+  }
   std::vector<Bounds> boxes(f.cellCount());
   parallelChunks(boxes.size(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t id = begin; id < end; ++id) {
@@ -53,42 +57,73 @@ std::optional<FoliationTable::Location> FoliationTable::locate(const Vec3& x, st
   return best;
 }
 
+// h with gradients: the sum of weight (h + grad h . (x - node) / 2) is exact for quadratic h. `weightGradients`: rows
+// are the gradients of weights 1 to 3.
+FoliationTable::Potential FoliationTable::potential(const Vec3& x, const Location& location,
+                                                    const Mat3& weightGradients) const {
+  const Foliation& f = chart_.foliation();
+  const auto node = f.cell(location.cell);
+  double h = 0, linear = 0;
+  Vec3 gradientOfH = Vec3::Zero(), gradientOfLinear = Vec3::Zero();
+  for (int k = 0; k < 4; ++k) {
+    const std::uint32_t id = node[k];
+    const double weight = location.weights[k];
+    const Vec3 slope = k > 0 ? Vec3(weightGradients.row(k - 1)) : Vec3(-weightGradients.colwise().sum());
+    const double atCorner = chart_.harmonic()[id] + 0.5 * chart_.harmonicGradient()[id].dot(x - f.nodes[id]);
+    h += weight * atCorner;
+    gradientOfH += slope * atCorner + 0.5 * weight * chart_.harmonicGradient()[id];
+    if (id < nodeGreen_.size()) {
+      linear += weight * nodeGreen_[id];
+      gradientOfLinear += nodeGreen_[id] * slope;
+    }
+  }
+  const double r = x.norm();
+  const Potential smooth{1 / r + h, gradientOfH - x / (r * r * r)};
+
+  // Next to the surface the error of h exceeds G itself; the linear interpolant of G is 0 there and nowhere else.
+  // Deep inside the two agree to a few percent, so the bounds join continuously where they end.
+  constexpr double kInnermostBound = 0.3;
+  const std::size_t layer = f.layerOf(location.cell);
+  if (layer + 1 >= f.levels.size() || f.levels[layer + 1] < kInnermostBound) return smooth;
+  for (const double bound : {0.5, 2.0}) {
+    if (bound < 1 ? smooth.green < bound * linear : smooth.green > bound * linear) {
+      return {bound * linear, bound * gradientOfLinear};
+    }
+  }
+  return smooth;
+}
+
 FoliationTable::Value FoliationTable::evaluate(const Vec3& x, const Location& location, bool withJacobian) const {
   const Foliation& f = chart_.foliation();
   const auto node = f.cell(location.cell);
   const double rho = chart_.green().harmonicRadius();
-
-  // h with gradients: sum of weight (h + grad h . (x - node) / 2), exact for quadratic h.
-  double h = 0;
-  Vec3 direction = Vec3::Zero();
-  std::array<double, 4> atCorner;
-  for (int k = 0; k < 4; ++k) {
-    const std::uint32_t id = node[k];
-    atCorner[k] = chart_.harmonic()[id] + 0.5 * chart_.harmonicGradient()[id].dot(x - f.nodes[id]);
-    h += location.weights[k] * atCorner[k];
-    if (id < nodeDirections_.size()) direction += location.weights[k] * nodeDirections_[id];
-  }
-  const double r = x.norm();
-  Value value;
-  value.green = 1 / r + h;
-  value.ballRadius = std::min(1.0, 1 / (1 + rho * value.green));
-  const double length = direction.norm();
-  value.direction = length > 0 ? Vec3(direction / length) : Vec3(Vec3::UnitX());
-  if (!(r > 0)) value.ballRadius = 0;
-  if (!withJacobian) return value;
-
   Mat3 edges;
   for (int k = 0; k < 3; ++k) edges.col(k) = f.nodes[node[k + 1]] - f.nodes[node[0]];
-  const Mat3 inverse = edges.inverse();  // rows: gradients of weights 1 to 3
-  Vec3 gradientOfH = Vec3::Zero();
-  Mat3 slope = Mat3::Zero();             // of the unnormalized direction
+  const Mat3 weightGradients = edges.inverse();
+  const Potential potential = this->potential(x, location, weightGradients);
+
+  // Ball positions R * direction are nearly linear in x, at the center too; directions alone are not. So the direction
+  // is that of the piecewise linear map from the foliation's cells to their images in the ball.
+  std::array<Vec3, 4> image;
+  Vec3 ball = Vec3::Zero();
   for (int k = 0; k < 4; ++k) {
-    const Vec3 weightGradient = k > 0 ? Vec3(inverse.row(k - 1)) : Vec3(-inverse.colwise().sum());
-    gradientOfH += weightGradient * atCorner[k] + 0.5 * location.weights[k] * chart_.harmonicGradient()[node[k]];
-    if (node[k] < nodeDirections_.size()) slope += nodeDirections_[node[k]] * weightGradient.transpose();
+    const std::uint32_t id = node[k];
+    image[k] = id < nodeDirections_.size() ? Vec3(f.levels[id / f.vertexCount] * nodeDirections_[id]) : Vec3(Vec3::Zero());
+    ball += location.weights[k] * image[k];
   }
-  const Vec3 gradientOfR =
-      -rho * value.ballRadius * value.ballRadius * (gradientOfH - x / (r * r * r));
+  const double length = ball.norm();
+  Value value;
+  value.green = potential.green;
+  value.ballRadius = x.squaredNorm() > 0 ? std::min(1.0, 1 / (1 + rho * potential.green)) : 0;
+  value.direction = length > 0 ? Vec3(ball / length) : Vec3(Vec3::UnitX());
+  if (!withJacobian) return value;
+
+  Mat3 slope = Mat3::Zero();  // of the linear image
+  for (int k = 0; k < 4; ++k) {
+    const Vec3 weightGradient = k > 0 ? Vec3(weightGradients.row(k - 1)) : Vec3(-weightGradients.colwise().sum());
+    slope += image[k] * weightGradient.transpose();
+  }
+  const Vec3 gradientOfR = -rho * value.ballRadius * value.ballRadius * potential.gradient;
   const Vec3& u = value.direction;
   value.jacobian = u * gradientOfR.transpose() +
                    value.ballRadius / length * (Mat3::Identity() - u * u.transpose()) * slope;

@@ -25,8 +25,8 @@ class FoliationTable {
   std::optional<Location> locate(const Vec3& x, std::size_t hint, double slack = 1e-9) const;
 
   struct Value {
-    double green;      ///< 1/|x| + interpolated h
-    double ballRadius; ///< in [0, 1]
+    double green;       ///< 1/|x| + interpolated h; 0 on the surface and positive inside
+    double ballRadius;  ///< in [0, 1], 1 on the surface alone
     Vec3 direction;    ///< unit
     Mat3 jacobian;     ///< of ballRadius * direction; only when asked for
   };
@@ -35,10 +35,16 @@ class FoliationTable {
   std::span<const Vec3> nodeDirections() const { return nodeDirections_; }
 
  private:
+  struct Potential {
+    double green;
+    Vec3 gradient;
+  };
+  Potential potential(const Vec3& x, const Location& location, const Mat3& weightGradients) const;
   bool weigh(const Vec3& x, std::size_t cell, Eigen::Vector4d& weights) const;
 
   GreenChart chart_;
   std::vector<Vec3> nodeDirections_;
+  std::vector<double> nodeGreen_;  ///< G at every node but the center; 0 on the surface
   AabbTree tree_;
 };
 
