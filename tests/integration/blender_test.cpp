@@ -5,8 +5,10 @@
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 
+#include "cli/run_tool.h"
 #include "polestar/mesh/shapes.h"
 #include "polestar/vdb/solid_grids.h"
 #include "support/scratch_folder.h"
@@ -17,12 +19,16 @@ namespace {
 const Vec3 kCenter(0.3, -0.2, 0.1);
 const Vec3 kAxes(1.0, 0.7, 0.5);
 
+TriMesh ellipsoid(int levels) {
+  return transformed(icosphere(levels),
+                     [](const Vec3& v) -> Vec3 { return kCenter + v.cwiseProduct(kAxes); });
+}
+
 // Ball coordinates of an ellipsoid, by the affine map: known everywhere, and different on every axis.
 Vec3 restAt(const Vec3& p) { return (p - kCenter).cwiseQuotient(kAxes); }
 
 void writeEllipsoid(const std::filesystem::path& path, const std::function<Vec3(const Vec3&)>& rest) {
-  const TriMesh mesh =
-      transformed(icosphere(4), [](const Vec3& v) -> Vec3 { return kCenter + v.cwiseProduct(kAxes); });
+  const TriMesh mesh = ellipsoid(4);
   SolidGrids grids(mesh, {.voxelSize = voxelSizeFor(mesh, 48)});
   grids.addVector("rest", VectorRole::invariant, [&](const VoxelBatch& batch, std::span<Vec3f> out) {
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = rest(batch.points[i]).cast<float>();
@@ -70,8 +76,11 @@ Outcome runBlender(const test::ScratchFolder& folder, const std::string& vdb) {
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, test::bytesOf(log)};
 }
 
+#define POLESTAR_REQUIRE_BLENDER() \
+  if (std::system("command -v blender > /dev/null 2>&1") != 0) GTEST_SKIP() << "blender is not installed"
+
 TEST(Blender, ShowsRestWhereItBelongs) {
-  if (std::system("command -v blender > /dev/null 2>&1") != 0) GTEST_SKIP() << "blender is not installed";
+  POLESTAR_REQUIRE_BLENDER();
   const test::ScratchFolder folder;
   writeExpected(folder / "expected.json");
   writeEllipsoid(folder / "right.vdb", restAt);
@@ -87,6 +96,40 @@ TEST(Blender, ShowsRestWhereItBelongs) {
   const double halfVoxel = 1.0 / 48;
   writeEllipsoid(folder / "shifted.vdb", [&](const Vec3& p) { return restAt(p + Vec3(halfVoxel, 0, 0)); });
   EXPECT_EQ(runBlender(folder, "shifted.vdb").exitCode, 3);
+}
+
+// The same for a map that the tool made, against what `polestar eval` says of the points.
+TEST(Blender, ShowsAMapMadeByTheTool) {
+  POLESTAR_REQUIRE_BLENDER();
+  const test::ScratchFolder folder;
+  const TriMesh mesh = ellipsoid(3);
+  std::ofstream obj(folder / "body.obj");
+  obj.precision(17);
+  for (const Vec3& v : mesh.vertices) obj << "v " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
+  for (const Triangle& t : mesh.triangles)
+    obj << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
+  obj.close();
+  const std::string map = (folder / "body.vdb").string();
+  const testing::ToolRun mapped =
+      testing::runTool({"map", (folder / "body.obj").string(), "-o", map, "--dim", "48"});
+  ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
+
+  const double height = kCenter.z() + 0.2;
+  std::ostringstream points;
+  for (int i = -4; i <= 4; ++i) {
+    for (int j = -4; j <= 4; ++j) {
+      if (std::hypot(i, j) > 4.5) continue;
+      points << kCenter.x() + 0.17 * i << ' ' << kCenter.y() + 0.12 * j << ' ' << height << '\n';
+    }
+  }
+  const testing::ToolRun evaluated =
+      testing::runTool({"eval", map, "--points", "-", "--json"}, {.input = points.str()});
+  ASSERT_EQ(evaluated.exitCode, 0) << evaluated.err;
+  nlohmann::json expected = evaluated.json();
+  expected["planes"] = nlohmann::json::array({nlohmann::json::array({"z", height})});
+  std::ofstream(folder / "expected.json") << expected;
+  const Outcome outcome = runBlender(folder, "body.vdb");
+  EXPECT_EQ(outcome.exitCode, 0) << outcome.log;
 }
 
 }  // namespace

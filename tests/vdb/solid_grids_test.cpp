@@ -15,8 +15,8 @@
 #include "polestar/core/error.h"
 #include "polestar/core/version.h"
 #include "polestar/mesh/shapes.h"
-#include "vdb/read_vdb.h"
 #include "support/scratch_folder.h"
+#include "vdb/read_vdb.h"
 
 namespace polestar {
 namespace {

@@ -11,8 +11,8 @@
 #include "polestar/core/threads.h"
 #include "polestar/mesh/shapes.h"
 #include "polestar/vdb/solid_grids.h"
-#include "vdb/read_vdb.h"
 #include "support/scratch_folder.h"
+#include "vdb/read_vdb.h"
 
 namespace polestar {
 namespace {

@@ -275,9 +275,9 @@ SolidGrids::SolidGrids(const TriMesh& mesh, const GridOptions& options, Context&
   impl_->transform = makeTransform(h, impl_->origin);
   if (h * h * h < 3e-15) {
     context.log(LogLevel::warning,
-                "voxels below 1.45e-5 mesh units: OpenVDB reads them, but Blender and others that build a "
-                "matrix of them "
-                "with OpenVDB stop; scale the model up for those");
+                "voxels below 1.45e-5 mesh units: the file is right, but Blender aborts on it, as does what "
+                "else turns "
+                "transforms into matrices with OpenVDB; scale the model up for those");
   }
 
   TriMesh inIndexSpace = mesh;

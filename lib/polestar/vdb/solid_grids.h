@@ -25,8 +25,8 @@ struct GridOptions {
   /// black moire.
   int padding = 3;
   int halfWidth = 3;  ///< of the level set's narrow band, voxels; raised to `padding` where that is larger
-  std::size_t memoryLimit =
-      0;  ///< bytes that all grids may take by a rough estimate; 0: 3/4 of the machine's memory
+  /// Bytes that all grids may take by a rough estimate; 0: 3/4 of the machine's memory.
+  std::size_t memoryLimit = 0;
 
   void validate() const;  ///< @throws Error{Errc::usage}
 };
@@ -53,13 +53,13 @@ class SolidGrids {
   /// `surface`: exact distance to the triangles in the band, mesh units, negative inside; the side of every
   /// voxel by parity of crossings, right for gaps and blades thinner than a voxel. `density`: fog, 1 from one
   /// voxel inside the surface, 0 from one voxel outside, linear in the distance between: 1/2 on the surface,
-  /// so that the edge is antialiased, the fog's mass is the solid's, and all that a renderer sees of it lies
-  /// within the padding. One uniform linear transform for all grids of the object; the box's lower corner is
-  /// the lower corner of voxel (0, 0, 0), a mesh that is `dim` voxels long fills voxels 0 .. dim - 1.
-  /// Geometry is computed in voxel units from doubles: offsets of 1e6 and sizes of 1e-7 cost no accuracy.
-  /// (Programs that turn a grid's transform into a 4x4 matrix with OpenVDB, Blender among them, refuse voxels
-  /// below 1.45e-5 units; a warning is logged.) Cost O(triangles + area / voxelSize^2), 1 to 2 us a voxel of
-  /// the band; parallel, same grids for any thread count.
+  /// so that the edge is antialiased, the fog's mass is the solid's up to (voxel / curvature radius)^2, and
+  /// all that a renderer sees of it lies within the padding. One uniform linear transform for all grids of
+  /// the object; the box's lower corner is the lower corner of voxel (0, 0, 0), a mesh that is `dim` voxels
+  /// long fills voxels 0 .. dim - 1. Geometry is computed in voxel units from doubles: offsets of 1e6 and
+  /// sizes of 1e-7 cost no accuracy. (Programs that turn a grid's transform into a 4x4 matrix with OpenVDB,
+  /// Blender among them, abort on voxels below 1.45e-5 units; a warning is logged.) Cost O(triangles + area /
+  /// voxelSize^2), about 2 us a voxel of the band; parallel, same grids for any thread count.
   /// @throws Error{Errc::usage} when the grids would not fit in memory (the message says which size does) or
   /// the solid is smaller than 4 voxels along its longest side.
   SolidGrids(const TriMesh& surface, const GridOptions& options, Context& context = Context::quiet());
