@@ -226,7 +226,11 @@ typename Tree::Ptr SolidGrids::Impl::sampleTree(
     std::array<Vec3, kLeafVoxels> points;
     std::array<float, kLeafVoxels> distances;
     std::array<Value, kLeafVoxels> values;
-    values.fill(Value(openvdb::zeroVal<Value>()));
+    if constexpr (std::is_same_v<Value, Vec3f>) {
+      values.fill(Vec3f::Zero());
+    } else {
+      values.fill(0);
+    }
     std::size_t count = 0;
     const auto* band = surface->constTree().probeConstLeaf(leaf.origin());
     const float tile = band ? 0 : surface->constTree().getValue(leaf.origin());
