@@ -33,7 +33,7 @@ if [[ ! -r $mesh ]]; then
   exit 3
 fi
 
-bash "$root/apps/setup.sh"
+bash "$root/apps/setup.sh" polestar_tool
 polestar=$root/build/release/polestar
 mkdir -p -- "$folder"
 name=$(basename -- "$mesh")

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what is missing of apps/debian-packages.txt, then configures and builds polestar into build/release.
-# Usage: apps/setup.sh [--packages-only]
+# Usage: apps/setup.sh [--packages-only] [TARGET...]      default: everything, tests included
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
@@ -47,11 +47,15 @@ build() {
     say "cmake could not configure; see above"
     exit 1
   }
-  cmake --build --preset release
+  if [[ $# -gt 0 ]]; then
+    cmake --build --preset release --target "$@"
+  else
+    cmake --build --preset release
+  fi
 }
 
 install_packages
 [[ ${1:-} != --packages-only ]] || exit 0
 say "building into build/release"
-build
+build "$@"
 say "built $root/build/release/polestar"

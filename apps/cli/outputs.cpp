@@ -48,8 +48,8 @@ void checkOutput(const fs::path& path, bool overwrite, const std::vector<fs::pat
   }
 }
 
-OutputGuard::OutputGuard(std::vector<fs::path> files) {
-  for (fs::path& file : files) {
+OutputGuard::OutputGuard(const std::vector<fs::path>& files) {
+  for (const fs::path& file : files) {
     if (!isStandardStream(file)) entries_.push_back({file, modificationTime(file)});
   }
 }

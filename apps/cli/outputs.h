@@ -18,7 +18,7 @@ void checkOutput(const std::filesystem::path& path, bool overwrite,
 /// Removes files that a failed or cancelled command made before it came to its end.
 class OutputGuard {
  public:
-  explicit OutputGuard(std::vector<std::filesystem::path> files);
+  explicit OutputGuard(const std::vector<std::filesystem::path>& files);
   ~OutputGuard();
   OutputGuard(const OutputGuard&) = delete;
   OutputGuard& operator=(const OutputGuard&) = delete;
