@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "polestar/mesh/closed_surface.h"
 #include "polestar/mesh/shapes.h"
 
@@ -43,6 +46,35 @@ TEST(BisectLongestEdges, NothingMarkedNothingChanged) {
   const Refinement refined = bisectLongestEdges(mesh, std::vector<char>(mesh.triangles.size(), 0));
   EXPECT_EQ(refined.mesh.triangles, mesh.triangles);
   EXPECT_EQ(refined.mesh.vertices.size(), mesh.vertices.size());
+}
+
+TEST(BisectLongestEdges, DoesNotDependOnTheOrderOfVertices) {
+  // Full of isosceles and equilateral triangles.
+  const TriMesh mesh = icosphere(2);
+  const std::size_t n = mesh.vertices.size();
+  const Mat3 turn = Eigen::AngleAxisd(0.4, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  TriMesh other;
+  for (std::size_t i = 0; i < n; ++i) other.vertices.push_back(turn * mesh.vertices[(7 * i + 3) % n]);
+  std::vector<std::int32_t> newId(n);
+  for (std::size_t i = 0; i < n; ++i) newId[(7 * i + 3) % n] = static_cast<std::int32_t>(i);
+  std::vector<char> marked, otherMarked;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Triangle& c = mesh.triangles[t];
+    other.triangles.push_back({newId[c[1]], newId[c[2]], newId[c[0]]});
+    marked.push_back(t % 5 == 0);
+  }
+  otherMarked = marked;
+  auto centroids = [](const TriMesh& m, const Mat3& back) {
+    std::vector<std::array<long, 3>> list;
+    for (std::size_t t = 0; t < m.triangles.size(); ++t) {
+      const Vec3 c = 1e6 * (back * (m.corner(t, 0) + m.corner(t, 1) + m.corner(t, 2)));
+      list.push_back({std::lround(c[0] / 10), std::lround(c[1] / 10), std::lround(c[2] / 10)});
+    }
+    std::sort(list.begin(), list.end());
+    return list;
+  };
+  EXPECT_EQ(centroids(bisectLongestEdges(mesh, marked).mesh, Mat3::Identity()),
+            centroids(bisectLongestEdges(other, otherMarked).mesh, turn.transpose()));
 }
 
 }  // namespace

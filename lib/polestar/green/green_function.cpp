@@ -14,10 +14,11 @@ namespace polestar {
 namespace {
 
 // Where rho |G| is measured: the vertices, since the equation holds there only on average, and points that no equation
-// knows of: on every edge off its middle (a charge sits there) and three in every triangle.
+// knows of: two on every edge, off its middle (a charge sits there) and alike from both ends (no numbering of vertices
+// may matter), and three in every triangle.
 struct BoundarySamples {
   std::vector<Vec3> points;
-  std::vector<std::array<std::int32_t, 2>> edges;  // of the samples that follow the vertices
+  std::vector<std::array<std::int32_t, 2>> edges;  // two samples each follow the vertices
 
   explicit BoundarySamples(const TriMesh& mesh) : points(mesh.vertices) {
     constexpr double kGolden = 0.3819660112501051;
@@ -26,7 +27,9 @@ struct BoundarySamples {
         const std::int32_t a = corner[k], b = corner[(k + 1) % 3];
         if (a > b) continue;
         edges.push_back({a, b});
-        points.push_back(mesh.vertices[a] + kGolden * (mesh.vertices[b] - mesh.vertices[a]));
+        const Vec3 along = mesh.vertices[b] - mesh.vertices[a];
+        points.push_back(mesh.vertices[a] + kGolden * along);
+        points.push_back(mesh.vertices[b] - kGolden * along);
       }
     }
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -62,9 +65,9 @@ Measured measureBoundary(const TriMesh& mesh, const detail::LayerField& field, d
   error.rms = std::sqrt(sum / static_cast<double>(value.size()));
 
   // Edge samples reach both triangles through their ends: an edge is known by its pair of vertices.
-  const std::size_t n = mesh.vertices.size(), faceBegin = n + samples.edges.size();
+  const std::size_t n = mesh.vertices.size(), faceBegin = n + 2 * samples.edges.size();
   std::map<std::array<std::int32_t, 2>, double> onEdge;
-  for (std::size_t e = 0; e < samples.edges.size(); ++e) onEdge[samples.edges[e]] = value[n + e];
+  for (std::size_t e = 0; e < samples.edges.size(); ++e) onEdge[samples.edges[e]] = std::max(value[n + 2 * e], value[n + 2 * e + 1]);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     double worst = 0;
     for (int k = 0; k < 3; ++k) {

@@ -8,18 +8,52 @@ namespace {
 
 using Edge = std::pair<std::int32_t, std::int32_t>;
 
-// The longest edge of triangle t. Edges of nearly the same length go by their vertices' ids: symmetric meshes are full
-// of ties, and rounding must not decide them one way here and another way for a turned copy.
-int longestEdge(const TriMesh& mesh, const Triangle& t) {
+// The edges of a triangle that count as its longest. Symmetric meshes are full of ties; neither rounding nor the order
+// of vertices in a file may decide them, else a turned or renumbered copy would get another refinement. So edges of
+// nearly the same length are cut together.
+std::array<bool, 3> longestEdges(const TriMesh& mesh, const Triangle& t) {
   constexpr double kTie = 1e-4;
-  auto edge = [&](int k) { return Edge(std::minmax({t[k], t[(k + 1) % 3]})); };
-  auto length = [&](int k) { return (mesh.vertices[t[k]] - mesh.vertices[t[(k + 1) % 3]]).norm(); };
-  int best = 0;
-  for (int k = 1; k < 3; ++k) {
-    const double ratio = length(k) / length(best);
-    if (ratio > 1 + kTie || (ratio > 1 - kTie && edge(k) > edge(best))) best = k;
+  std::array<double, 3> length;
+  for (int k = 0; k < 3; ++k) length[k] = (mesh.vertices[t[k]] - mesh.vertices[t[(k + 1) % 3]]).norm();
+  const double longest = *std::max_element(length.begin(), length.end());
+  std::array<bool, 3> result;
+  for (int k = 0; k < 3; ++k) result[k] = length[k] > (1 - kTie) * longest;
+  return result;
+}
+
+Edge edgeOf(const Triangle& t, int k) { return std::minmax({t[k], t[(k + 1) % 3]}); }
+
+// The pieces of one triangle. `longest` marks its longest edges, middle[k] is the vertex on edge k or -1; when any edge
+// is cut, the longest ones are.
+void cutTriangle(const Triangle& corner, const std::array<bool, 3>& longest, const std::array<std::int32_t, 3>& middle,
+                 std::vector<Triangle>& pieces) {
+  const auto cuts = std::count_if(middle.begin(), middle.end(), [](std::int32_t m) { return m >= 0; });
+  const auto ties = std::count(longest.begin(), longest.end(), true);
+  if (cuts == 0) {
+    pieces.push_back(corner);
+    return;
   }
-  return best;
+  if (cuts == 3 && ties > 1) {
+    for (int k = 0; k < 3; ++k) pieces.push_back({corner[k], middle[k], middle[(k + 2) % 3]});
+    pieces.push_back({middle[0], middle[1], middle[2]});
+    return;
+  }
+  // The longest edge first; of two, the one that comes first counter-clockwise.
+  int first = static_cast<int>(std::find(longest.begin(), longest.end(), true) - longest.begin());
+  if (ties == 2 && longest[(first + 2) % 3]) first = (first + 2) % 3;
+  const std::int32_t a = corner[first], b = corner[(first + 1) % 3], c = corner[(first + 2) % 3];
+  const std::int32_t ab = middle[first], bc = middle[(first + 1) % 3], ca = middle[(first + 2) % 3];
+  // Halves (a, ab, c) and (ab, b, c), each halved again where its other old edge is cut.
+  if (ca < 0) {
+    pieces.push_back({a, ab, c});
+  } else {
+    pieces.insert(pieces.end(), {{a, ab, ca}, {ab, c, ca}});
+  }
+  if (bc < 0) {
+    pieces.push_back({ab, b, c});
+  } else {
+    pieces.insert(pieces.end(), {{ab, b, bc}, {ab, bc, c}});
+  }
 }
 
 }  // namespace
@@ -27,17 +61,16 @@ int longestEdge(const TriMesh& mesh, const Triangle& t) {
 Refinement bisectLongestEdges(const TriMesh& mesh, const std::vector<char>& marked) {
   const std::size_t count = mesh.triangles.size();
   std::map<Edge, std::array<std::size_t, 2>> trianglesOf;
-  std::vector<int> longest(count);
+  std::vector<std::array<bool, 3>> longest(count);
   for (std::size_t t = 0; t < count; ++t) {
-    longest[t] = longestEdge(mesh, mesh.triangles[t]);
+    longest[t] = longestEdges(mesh, mesh.triangles[t]);
     for (int k = 0; k < 3; ++k) {
-      const Edge edge = std::minmax({mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]});
-      const auto [entry, isNew] = trianglesOf.try_emplace(edge, std::array{t, t});
+      const auto [entry, isNew] = trianglesOf.try_emplace(edgeOf(mesh.triangles[t], k), std::array{t, t});
       if (!isNew) entry->second[1] = t;
     }
   }
 
-  // Close the set of cut edges: a triangle with a cut edge has its longest edge cut.
+  // Close the set of cut edges: a triangle with a cut edge has its longest edges cut.
   std::map<Edge, std::int32_t> middle;
   std::vector<std::size_t> pending;
   for (std::size_t t = 0; t < count; ++t) {
@@ -46,9 +79,12 @@ Refinement bisectLongestEdges(const TriMesh& mesh, const std::vector<char>& mark
   while (!pending.empty()) {
     const std::size_t t = pending.back();
     pending.pop_back();
-    const Edge edge = std::minmax({mesh.triangles[t][longest[t]], mesh.triangles[t][(longest[t] + 1) % 3]});
-    if (!middle.try_emplace(edge, -1).second) continue;
-    for (const std::size_t neighbour : trianglesOf.at(edge)) pending.push_back(neighbour);
+    for (int k = 0; k < 3; ++k) {
+      if (!longest[t][k]) continue;
+      const Edge edge = edgeOf(mesh.triangles[t], k);
+      if (!middle.try_emplace(edge, -1).second) continue;
+      for (const std::size_t neighbour : trianglesOf.at(edge)) pending.push_back(neighbour);
+    }
   }
 
   Refinement result;
@@ -60,28 +96,12 @@ Refinement bisectLongestEdges(const TriMesh& mesh, const std::vector<char>& mark
     result.parents.push_back({edge.first, edge.second});
   }
   for (std::size_t t = 0; t < count; ++t) {
-    const Triangle& corner = mesh.triangles[t];
-    const std::int32_t a = corner[longest[t]], b = corner[(longest[t] + 1) % 3], c = corner[(longest[t] + 2) % 3];
-    auto cut = [&](std::int32_t u, std::int32_t v) {
-      const auto found = middle.find(std::minmax({u, v}));
-      return found == middle.end() ? -1 : found->second;
-    };
-    const std::int32_t ab = cut(a, b), bc = cut(b, c), ca = cut(c, a);
-    if (ab < 0) {
-      result.mesh.triangles.push_back(corner);
-      continue;
+    std::array<std::int32_t, 3> onEdge;
+    for (int k = 0; k < 3; ++k) {
+      const auto found = middle.find(edgeOf(mesh.triangles[t], k));
+      onEdge[k] = found == middle.end() ? -1 : found->second;
     }
-    // Halves (a, ab, c) and (ab, b, c), each halved again where its other old edge is cut.
-    if (ca < 0) {
-      result.mesh.triangles.push_back({a, ab, c});
-    } else {
-      result.mesh.triangles.insert(result.mesh.triangles.end(), {{a, ab, ca}, {ab, c, ca}});
-    }
-    if (bc < 0) {
-      result.mesh.triangles.push_back({ab, b, c});
-    } else {
-      result.mesh.triangles.insert(result.mesh.triangles.end(), {{ab, b, bc}, {ab, bc, c}});
-    }
+    cutTriangle(mesh.triangles[t], longest[t], onEdge, result.mesh.triangles);
   }
   return result;
 }

@@ -14,8 +14,9 @@ struct Refinement {
   std::vector<std::array<std::int32_t, 2>> parents;  ///< of vertex coarseVertices + i; may name new vertices
 };
 
-/// Cuts every marked triangle at its longest edge, and its neighbours as far as it takes to keep the mesh conforming.
-/// Angles stay bounded by those of the coarse mesh. [Rivara 1984]
+/// Cuts every marked triangle at its longest edge (all of them where they tie), and its neighbours as far as it takes to
+/// keep the mesh conforming. Angles stay bounded by those of the coarse mesh. The result does not depend on the order of
+/// vertices and triangles. [Rivara 1984]
 Refinement bisectLongestEdges(const TriMesh& mesh, const std::vector<char>& marked);
 
 }  // namespace polestar::detail
