@@ -1,10 +1,12 @@
-// polestar info: what a file holds. Grids of a .vdb with their metadata, or counts and box of a mesh.
+// polestar info: what a file holds. Grids of a .vdb with their metadata, the facts of a .pmap, or counts and
+// box of a mesh.
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <string_view>
 
 #include "cli/dry_run.h"
 #include "cli/outputs.h"
@@ -12,6 +14,7 @@
 #include "cli/text.h"
 #include "commands.h"
 #include "polestar/core/error.h"
+#include "polestar/map/map_file.h"
 #include "polestar/vdb/solid_grids.h"
 
 namespace polestar::cli {
@@ -19,16 +22,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// By content, so that a .vdb under another name is still one; a damaged .vdb keeps its name.
-bool isVdb(const fs::path& path) {
-  constexpr std::array<char, 4> kMagic{' ', 'B', 'D', 'V'};
+enum class FileKind { grids, map, mesh };
+
+/// By content, so that a .vdb under another name is still one; a damaged file is what its name says.
+FileKind fileKind(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in || fs::is_directory(path)) {
     throw Error(Errc::io, "cannot read " + path.string() + ": " + std::strerror(in ? EISDIR : errno));
   }
-  std::array<char, 4> start{};
-  in.read(start.data(), start.size());
-  return start == kMagic || path.extension() == ".vdb";
+  std::array<char, 8> bytes{};
+  in.read(bytes.data(), bytes.size());
+  const std::string_view start(bytes.data(), bytes.size());
+  if (start.starts_with(" BDV") || path.extension() == ".vdb") return FileKind::grids;
+  if (start == "POLESTAR" || path.extension() == ".pmap") return FileKind::map;
+  return FileKind::mesh;
 }
 
 std::string indexBox(const GridInfo& grid) {
@@ -54,6 +61,11 @@ Json toJson(const GridInfo& grid) {
           {"metadata", metadata}};
 }
 
+/// The table has it already.
+bool isShownAbove(const std::pair<std::string, std::string>& entry) {
+  return entry.first == "name" || entry.first == "class" || entry.first.starts_with("file_");
+}
+
 /// Metadata that every grid carries is shown once, what is left under its grid.
 std::string metadataText(const std::vector<GridInfo>& grids) {
   using Entry = std::pair<std::string, std::string>;
@@ -76,7 +88,8 @@ std::string metadataText(const std::vector<GridInfo>& grids) {
   std::string text = section(grids.size() > 1 ? "metadata of all grids" : "metadata", common);
   for (const GridInfo& grid : grids) {
     std::vector<Entry> own;
-    std::remove_copy_if(grid.metadata.begin(), grid.metadata.end(), std::back_inserter(own), shared);
+    std::remove_copy_if(grid.metadata.begin(), grid.metadata.end(), std::back_inserter(own),
+                        [&](const Entry& entry) { return shared(entry) || isShownAbove(entry); });
     text += section("metadata of " + grid.name, own);
   }
   return text;
@@ -95,6 +108,27 @@ void describeGrids(const fs::path& path, Session& session) {
   }
   session.text() = path.filename().string() + ": " + counted(grids.size(), "grid", "grids") + ", " +
                    byteSize(fs::file_size(path)) + "\n\n" + table(rows, {3, 4, 5}) + metadataText(grids);
+}
+
+void describeMap(const fs::path& path, Session& session) {
+  const MapFileInfo info = session.timed("load", [&] { return readMapFileInfo(path); });
+  const Json header = Json::parse(info.headerJson);
+  session.json()["file"] = {{"format", "pmap"}, {"bytes", info.bytes}};
+  session.json()["map"] = header;
+
+  std::vector<std::vector<std::string>> rows;
+  for (const char* name : {"source", "arguments", "domain", "core"}) {
+    rows.push_back({name, header.value(name, "")});
+  }
+  if (header.contains("sphere")) rows.push_back({"boundary", header["sphere"].value("kind", "")});
+  for (const Json& array : header.value("arrays", Json::array())) {
+    const std::string name = array.value("name", "");
+    if (name != "vertices" && name != "triangles") continue;
+    rows.push_back({name, grouped(array["shape"][0].get<std::uint64_t>())});
+  }
+  rows.push_back({"hash", info.hash});
+  session.text() = path.filename().string() + ": map, " + byteSize(info.bytes) + ", written by polestar " +
+                   info.version + "\n" + table(rows, {}, "  ");
 }
 
 void describeMesh(const fs::path& path, Session& session) {
@@ -123,23 +157,27 @@ void describeMesh(const fs::path& path, Session& session) {
 class InfoCommand final : public Command {
  public:
   Description description() const override {
-    return {"info", "What a file holds: grids and metadata of a .vdb, counts and box of a mesh",
+    return {"info", "What a file holds: grids of a .vdb, facts of a .pmap, counts and box of a mesh",
             "Write the answer to FILE instead of standard output", "polestar info asteroid.vdb"};
   }
 
   void addOptions(CLI::App& app) override {
-    app.add_option("FILE", file_, "A .vdb, or a mesh: .obj, .ply, .stl or .off")->required()->type_name("");
+    app.add_option("FILE", file_, "A .vdb, a .pmap, or a mesh: .obj, .ply, .stl or .off")
+        ->required()
+        ->type_name("");
   }
 
   void run(Session& session) override {
     session.addInput(file_);
     session.sendAnswerToOutput();
-    if (session.options().dryRun) {
-      describePlan(session);
-    } else if (isVdb(file_)) {
-      describeGrids(file_, session);
-    } else {
-      describeMesh(file_, session);
+    if (session.options().dryRun) return describePlan(session);
+    switch (fileKind(file_)) {
+      case FileKind::grids:
+        return describeGrids(file_, session);
+      case FileKind::map:
+        return describeMap(file_, session);
+      case FileKind::mesh:
+        return describeMesh(file_, session);
     }
   }
 

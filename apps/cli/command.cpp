@@ -68,8 +68,9 @@ std::string commandLine(int argc, const char* const* argv) {
   std::string line = "polestar";
   for (int i = 1; i < argc; ++i) {
     const std::string_view word = argv[i];
-    const bool plain = !word.empty() && word.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
-                                                                "0123456789-_./,=:+%@") == std::string_view::npos;
+    const bool plain = !word.empty() && word.find_first_not_of(
+                                            "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
+                                            "0123456789-_./,=:+%@") == std::string_view::npos;
     line += ' ';
     if (plain) {
       line += word;

@@ -12,7 +12,8 @@ namespace polestar::cli {
 void addMapOptions(CLI::App& app, MapChoices& choices) {
   static const std::map<std::string, SphereMapKind> kBoundaries{{"conformal", SphereMapKind::conformal},
                                                                 {"radial", SphereMapKind::radial}};
-  static const std::map<std::string, CoreMode> kCores{{"smooth", CoreMode::smooth}, {"paper", CoreMode::paper}};
+  static const std::map<std::string, CoreMode> kCores{{"smooth", CoreMode::smooth},
+                                                      {"paper", CoreMode::paper}};
   app.add_option("--boundary", choices.boundary,
                  "How the surface goes onto the sphere: conformal (default) or radial")
       ->transform(CLI::CheckedTransformer(kBoundaries).description(""))
@@ -97,8 +98,9 @@ BallMap makeMap(const std::filesystem::path& mesh, const MapChoices& choices, Se
 BallMap loadMap(const std::filesystem::path& path, Session& session) {
   const std::filesystem::path file = mapFileBeside(path);
   if (!std::filesystem::exists(file)) {
-    throw Error(Errc::io, path.string() + ": the map itself, " + file.string() +
-                              ", is not there; keep the .pmap beside its .vdb, or make both with polestar map");
+    throw Error(Errc::io,
+                path.string() + ": the map itself, " + file.string() +
+                    ", is not there; keep the .pmap beside its .vdb, or make both with polestar map");
   }
   return session.timed("load", [&] {
     MapFile map = readMapFile(file);
@@ -106,7 +108,8 @@ BallMap loadMap(const std::filesystem::path& path, Session& session) {
       const std::vector<GridInfo> grids = readGridInfo(path);
       const bool belongs = std::any_of(grids.begin(), grids.end(), [&](const GridInfo& grid) {
         return std::find(grid.metadata.begin(), grid.metadata.end(),
-                         std::pair<std::string, std::string>("polestar:map_hash", map.hash)) != grid.metadata.end();
+                         std::pair<std::string, std::string>("polestar:map_hash", map.hash)) !=
+               grid.metadata.end();
       });
       if (!belongs) {
         throw Error(Errc::io, path.string() + " was not made from " + file.string() +

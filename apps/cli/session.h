@@ -44,7 +44,7 @@ class Session {
   /// Runs `work` and notes its seconds under "timings".
   template <class Work>
   auto timed(const char* name, Work&& work) {
-    const Timer timer{timings_[name]};
+    const Timer timer{*this, name};
     return std::forward<Work>(work)();
   }
 
@@ -65,9 +65,13 @@ class Session {
 
  private:
   struct Timer {
-    Json& seconds;
+    Session& session;
+    const char* name;
     std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
-    ~Timer() { seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); }
+    ~Timer() {
+      session.noteSeconds(name,
+                          std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    }
   };
 
   std::string answer();
