@@ -84,8 +84,7 @@ class EvalCommand final : public Command {
 
  private:
   Values evaluate(const std::vector<Vec3>& points, Session& session) const {
-    const BallMap table =
-        isMapName(input_) ? loadMap(input_, session) : makeMap(input_, choices_, session);
+    const BallMap table = isMapName(input_) ? loadMap(input_, session) : makeMap(input_, choices_, session);
     return session.timed("evaluate", [&] {
       Values values{std::vector<Vec3>(points.size()), std::vector<double>(points.size()),
                     std::vector<Vec3>(points.size())};

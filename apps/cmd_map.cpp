@@ -96,15 +96,15 @@ class MapCommand final : public Command {
     const BallMap map = makeMap(mesh_, choices_, session);
     const TriMesh& mesh = map.chart().green().shape().surface().mesh();
     const double voxel = voxel_ > 0 ? voxel_ : voxelSizeFor(mesh, dim_);
-    SolidGrids grids = session.timed("sample", [&] {
-      return gridsOf(map, {.voxelSize = voxel, .padding = kPaddingVoxels}, context);
-    });
+    SolidGrids grids = session.timed(
+        "sample", [&] { return gridsOf(map, {.voxelSize = voxel, .padding = kPaddingVoxels}, context); });
     const Certificate certificate =
         session.timed("certify", [&] { return certifyGrids(map, grids, kRoundTrips, context); });
     describeCertificate(certificate, voxel, session);
 
     const bool failed = certificate.verdict == Verdict::failed;
-    const std::string advice = "; the mesh is probably too coarse or uneven there. --keep-failed keeps the files";
+    const std::string advice =
+        "; the mesh is probably too coarse or uneven there. --keep-failed keeps the files";
     if (failed && !keepFailed_) {
       throw Error(Errc::notConverged, "the map fails its certificate: " + certificate.failure() + advice);
     }
@@ -113,7 +113,8 @@ class MapCommand final : public Command {
       grids.setMetadata("polestar:arguments", session.arguments());
       grids.setMetadata("polestar:source", mesh_.filename().string());
       if (outputs.size() > 1) {
-        const std::string hash = writeMapFile(outputs[1], map, {mesh_.filename().string(), session.arguments()});
+        const std::string hash =
+            writeMapFile(outputs[1], map, {mesh_.filename().string(), session.arguments()});
         grids.setMetadata("polestar:map_hash", hash);
         session.json()["map_hash"] = hash;
       }
@@ -126,7 +127,8 @@ class MapCommand final : public Command {
     for (const fs::path& output : outputs) session.json()["outputs"].push_back(output.string());
     summarize(outputs, certificate, map, voxel, session);
     if (failed) {
-      throw Error(Errc::notConverged, "the map fails its certificate: " + certificate.failure() + "; files kept");
+      throw Error(Errc::notConverged,
+                  "the map fails its certificate: " + certificate.failure() + "; files kept");
     }
   }
 
@@ -164,18 +166,20 @@ class MapCommand final : public Command {
     json["peak_memory_bytes"] = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
   }
 
-  static void summarize(const std::vector<fs::path>& outputs, const Certificate& certificate, const BallMap& map,
-                        double voxel, Session& session) {
+  static void summarize(const std::vector<fs::path>& outputs, const Certificate& certificate,
+                        const BallMap& map, double voxel, Session& session) {
     const GreenFunction& green = map.chart().green();
     const CellQuality& cells = certificate.sampled;
     std::vector<std::vector<std::string>> rows{
         {"G", "harmonic radius " + shortNumber(green.harmonicRadius() * green.shape().frame().unit) +
-                  "; rho |G| on the surface at most " + shortNumber(green.boundaryError().max) + " (sampled)"},
+                  "; rho |G| on the surface at most " + shortNumber(green.boundaryError().max) +
+                  " (sampled)"},
         {"map", std::string(map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial") +
                     " boundary, quasi-conformal ratio " + shortNumber(map.sphere().qcMean) + " on average"},
         {"cells", counted(map.chart().report().cells.bad(), "inverted cell", "inverted cells") + " of " +
-                      grouped(map.chart().report().cells.cells) + " in the foliation; " + grouped(cells.inverted) + " of " +
-                      grouped(cells.cells) + " between voxels, " + grouped(cells.invertedDeep) + " of them deep"},
+                      grouped(map.chart().report().cells.cells) + " in the foliation; " +
+                      grouped(cells.inverted) + " of " + grouped(cells.cells) + " between voxels, " +
+                      grouped(cells.invertedDeep) + " of them deep"},
         {"round trip", shortNumber(certificate.roundTrip.max / voxel) + " voxels at most"},
         {"verdict", toString(certificate.verdict)}};
     for (const fs::path& output : outputs) {

@@ -56,7 +56,8 @@ SolidGrids gridsOf(const BallMap& map, const GridOptions& options, Context& cont
         std::vector<Vec3> ball(batch.points.size());
         std::vector<double> value(batch.points.size());
         map.sample(batch.points, ball, value);
-        for (std::size_t i = 0; i < value.size(); ++i) values[i] = static_cast<float>(std::min(value[i], cap));
+        for (std::size_t i = 0; i < value.size(); ++i)
+          values[i] = static_cast<float>(std::min(value[i], cap));
       },
       true, context);
 
@@ -65,15 +66,18 @@ SolidGrids gridsOf(const BallMap& map, const GridOptions& options, Context& cont
   grids.setMetadata("polestar:center", shape.frame().origin);
   grids.setMetadata("polestar:harmonic_radius", radius);
   grids.setMetadata("polestar:green_cap", cap);
-  grids.setMetadata("polestar:core", std::string(map.options().core == CoreMode::smooth ? "smooth" : "paper"));
-  grids.setMetadata("polestar:core_radius", map.options().core == CoreMode::smooth ? map.options().coreRadius : 0.0);
+  grids.setMetadata("polestar:core",
+                    std::string(map.options().core == CoreMode::smooth ? "smooth" : "paper"));
+  grids.setMetadata("polestar:core_radius",
+                    map.options().core == CoreMode::smooth ? map.options().coreRadius : 0.0);
   grids.setMetadata("polestar:boundary",
                     std::string(map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial"));
   grids.setMetadata("polestar:boundary_error", green.boundaryError().max);
   return grids;
 }
 
-Certificate certifyGrids(const BallMap& map, const SolidGrids& grids, std::size_t roundTrips, Context& context) {
+Certificate certifyGrids(const BallMap& map, const SolidGrids& grids, std::size_t roundTrips,
+                         Context& context) {
   // Every leaf fills its own slot, so that the result does not depend on who visits when.
   const std::size_t leaves = grids.leafCount("rest");
   std::vector<CellQuality> quality(leaves);
@@ -86,7 +90,8 @@ Certificate certifyGrids(const BallMap& map, const SolidGrids& grids, std::size_
         for (int k = 0; k + 1 < n; ++k) {
           const int at = (i * n + j) * n + k;
           if (brick.active[at] && brick.signedDistance[at] < 0) {
-            inside[leaf].push_back(grids.indexToWorld(Vec3(brick.origin[0] + i, brick.origin[1] + j, brick.origin[2] + k)));
+            inside[leaf].push_back(
+                grids.indexToWorld(Vec3(brick.origin[0] + i, brick.origin[1] + j, brick.origin[2] + k)));
           }
         }
       }

@@ -1,8 +1,10 @@
 #pragma once
-// Start reading here. A star-shaped solid becomes coordinates; this is the road, one function a stage. Each takes what
-// only the stage before it can make, so that a value in your hands is a proof that its stage succeeded.
+// Start reading here. A star-shaped solid becomes coordinates; this is the road, one function a stage. Each
+// takes what only the stage before it can make, so that a value in your hands is a proof that its stage
+// succeeded.
 //
-//   file -> TriMesh -> ClosedSurface -> StarShape -> GreenFunction -> GreenChart -> BallMap -> grids, pictures
+//   file -> TriMesh -> ClosedSurface -> StarShape -> GreenFunction -> GreenChart -> BallMap -> grids,
+//   pictures
 //                                           \---------> SphereMap ------------------/
 
 #include "polestar/certify/certificate.h"
@@ -21,11 +23,11 @@ namespace polestar {
 
 //  MeshFile       readMesh(path)                               mesh/   doubles as the file has them
 //  RepairedMesh   repairMesh(mesh)                             mesh/   welded, oriented, every change counted
-//  ClosedSurface  verifyClosedSurface(mesh)                    mesh/   one closed surface of genus 0, or where not
-//  StarShape      verifyStarShape(surface)                     star/   a center, by exact predicates
-//  GreenFunction  solveGreen(shape)                            green/  G = 1/r + h, and how far it is from 0 on S
-//  GreenChart     traceChart(green)                            chart/  field lines: the table of (R, omega)
-//  SphereMap      conformalSphereMap(shape)                    sphere/ phi, without a flip
+//  ClosedSurface  verifyClosedSurface(mesh)                    mesh/   one closed surface of genus 0, or
+//  where not StarShape      verifyStarShape(surface)                     star/   a center, by exact
+//  predicates GreenFunction  solveGreen(shape)                            green/  G = 1/r + h, and how far it
+//  is from 0 on S GreenChart     traceChart(green)                            chart/  field lines: the table
+//  of (R, omega) SphereMap      conformalSphereMap(shape)                    sphere/ phi, without a flip
 //  BallMap        BallMap(chart, sphere)                       map/    forward, inverse, Jacobian
 
 struct MapOptions {
@@ -44,11 +46,12 @@ struct MapTimings {
 BallMap mapToBall(const StarShape& shape, const MapOptions& options = {}, Context& context = Context::quiet(),
                   MapTimings* timings = nullptr);
 
-/// The grids `surface`, `density`, `rest` and `green` of a map, with its provenance as metadata. G is capped at the
-/// value it has at one voxel from the center; the cap is in the metadata.
+/// The grids `surface`, `density`, `rest` and `green` of a map, with its provenance as metadata. G is capped
+/// at the value it has at one voxel from the center; the cap is in the metadata.
 SolidGrids gridsOf(const BallMap& map, const GridOptions& options, Context& context = Context::quiet());
 
-/// Judges the cells of the grid `rest` as written, and the round trip through up to `roundTrips` of its voxels.
+/// Judges the cells of the grid `rest` as written, and the round trip through up to `roundTrips` of its
+/// voxels.
 Certificate certifyGrids(const BallMap& map, const SolidGrids& grids, std::size_t roundTrips = 50000,
                          Context& context = Context::quiet());
 

@@ -27,12 +27,14 @@ const Check& checkOf(const Certificate& certificate, const std::string& name) {
 }
 
 Certificate certified(const BallMap& map) {
-  return certifyGrids(map, gridsOf(map, {.voxelSize = voxelSizeFor(map.chart().green().shape().surface().mesh(), 48)}));
+  return certifyGrids(
+      map, gridsOf(map, {.voxelSize = voxelSizeFor(map.chart().green().shape().surface().mesh(), 48)}));
 }
 
 TEST(Certificate, AGoodMapPassesEveryCheck) {
   const Certificate certificate = certified(star());
-  for (const Check& check : certificate.checks) EXPECT_TRUE(check.passed) << check.name << ": " << check.detail;
+  for (const Check& check : certificate.checks)
+    EXPECT_TRUE(check.passed) << check.name << ": " << check.detail;
   EXPECT_EQ(certificate.verdict, Verdict::sampled);
   EXPECT_EQ(certificate.failure(), "");
   EXPECT_GT(certificate.sampled.cells, 10000u);
@@ -53,18 +55,22 @@ TEST(Certificate, ASingleFlipFails) {
   SphereMap flipped = star().sphere();
   // One vertex to the far side of its ring.
   const Triangle& t = star().chart().foliation().triangles[10];
-  flipped.directions[t[0]] = (2 * flipped.directions[t[1]] + 2 * flipped.directions[t[2]] - 3 * flipped.directions[t[0]]).normalized();
+  flipped.directions[t[0]] =
+      (2 * flipped.directions[t[1]] + 2 * flipped.directions[t[2]] - 3 * flipped.directions[t[0]])
+          .normalized();
   flipped.flips = countFlips(flipped.directions, star().chart().foliation().triangles);
   ASSERT_GT(flipped.flips, 0u);
   EXPECT_FALSE(checkOf(certify(BallMap(star().chart(), flipped), {}, {}, 1), "sphere_flips").passed);
 }
 
 TEST(Certificate, AnInvertedFoliationCellFails) {
-  auto data = std::make_shared<GreenChart::Data>(GreenChart::Data{
-      star().chart().green(), star().chart().foliation(),
-      {star().chart().harmonic().begin(), star().chart().harmonic().end()},
-      {star().chart().harmonicGradient().begin(), star().chart().harmonicGradient().end()},
-      {star().chart().directions().begin(), star().chart().directions().end()}, star().chart().report()});
+  auto data = std::make_shared<GreenChart::Data>(
+      GreenChart::Data{star().chart().green(),
+                       star().chart().foliation(),
+                       {star().chart().harmonic().begin(), star().chart().harmonic().end()},
+                       {star().chart().harmonicGradient().begin(), star().chart().harmonicGradient().end()},
+                       {star().chart().directions().begin(), star().chart().directions().end()},
+                       star().chart().report()});
   Foliation& f = data->foliation;
   std::swap(f.nodes[f.nodeId(5, 3)], f.nodes[f.nodeId(8, 3)]);
   data->report.cells = countCells(f);
@@ -96,11 +102,15 @@ TEST(Certificate, DeepInversionsDecideShallowOnesDoNot) {
 // A map whose inverse is off by a fixed vector.
 class Shifted final : public VolumeMap {
  public:
-  void forward(std::span<const Vec3> x, std::span<Vec3> y) const override { std::copy(x.begin(), x.end(), y.begin()); }
+  void forward(std::span<const Vec3> x, std::span<Vec3> y) const override {
+    std::copy(x.begin(), x.end(), y.begin());
+  }
   void inverse(std::span<const Vec3> y, std::span<Vec3> x) const override {
     for (std::size_t i = 0; i < y.size(); ++i) x[i] = y[i] + Vec3(0, 0.25, 0);
   }
-  void jacobian(std::span<const Vec3>, std::span<Mat3> j) const override { std::fill(j.begin(), j.end(), Mat3::Identity()); }
+  void jacobian(std::span<const Vec3>, std::span<Mat3> j) const override {
+    std::fill(j.begin(), j.end(), Mat3::Identity());
+  }
 };
 
 TEST(RoundTripTest, MeasuresTheGap) {

@@ -19,7 +19,9 @@ struct Lattice {
   std::vector<std::uint8_t> active;
 
   Lattice(int size, double voxelSize, const std::function<Vec3(const Vec3&)>& map, double depth = 100)
-      : n(size), voxel(voxelSize), distance(size * size * size, static_cast<float>(-depth)),
+      : n(size),
+        voxel(voxelSize),
+        distance(size * size * size, static_cast<float>(-depth)),
         active(size * size * size, 1) {
     for (int i = 0; i < n; ++i) {
       for (int j = 0; j < n; ++j) {
@@ -49,7 +51,8 @@ TEST(VoxelCells, AMirrorInvertsThemAll) {
 
 TEST(VoxelCells, AFoldIsFoundWhereItIs) {
   // x turns back at 3.5: cells between samples 3 and 4 are flat, beyond they are inverted.
-  const CellQuality q = Lattice(9, 1, [](const Vec3& x) { return Vec3(3.5 - std::abs(x[0] - 3.5), x[1], x[2]); }).judge();
+  const CellQuality q =
+      Lattice(9, 1, [](const Vec3& x) { return Vec3(3.5 - std::abs(x[0] - 3.5), x[1], x[2]); }).judge();
   EXPECT_EQ(q.cells, 512u);
   EXPECT_EQ(q.collapsed, 64u);
   EXPECT_EQ(q.inverted, 256u);

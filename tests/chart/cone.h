@@ -1,5 +1,6 @@
 #pragma once
-// The radial cone: every level a scaled copy of the surface. A foliation without any field, and never inverted.
+// The radial cone: every level a scaled copy of the surface. A foliation without any field, and never
+// inverted.
 
 #include "polestar/chart/foliation.h"
 #include "polestar/mesh/tri_mesh.h"

@@ -27,7 +27,8 @@ TEST(Foliation, CellsOfACone) {
   // They fill the solid: signed volumes telescope to the enclosed one, whatever the inner nodes are.
   double sum = 0;
   for (std::size_t id = 0; id < f.cellCount(); ++id) sum += signedVolume(f, id);
-  TriMesh surface{{f.nodes.begin(), f.nodes.begin() + static_cast<std::ptrdiff_t>(f.vertexCount)}, f.triangles};
+  TriMesh surface{{f.nodes.begin(), f.nodes.begin() + static_cast<std::ptrdiff_t>(f.vertexCount)},
+                  f.triangles};
   EXPECT_NEAR(sum, volumeProperties(surface).volume, 1e-12);
 }
 

@@ -116,7 +116,8 @@ TEST(GreenChart, RejectsImpossibleOptions) {
 TEST(GreenChart, RealModelsHaveNoInvertedCell) {
   POLESTAR_REQUIRE_MESHES();
   for (const char* name : {"castalia.obj", "psyche.obj", "sylvia.off"}) {
-    const GreenChart chart = traceChart(solveGreen(testing::starShapeFromFile(*testing::meshFolder() / name)));
+    const GreenChart chart =
+        traceChart(solveGreen(testing::starShapeFromFile(*testing::meshFolder() / name)));
     EXPECT_EQ(chart.report().cells.bad(), 0u) << name;
     EXPECT_EQ(chart.report().directionFlips, 0u) << name;
   }

@@ -15,7 +15,8 @@ double smallestAngle(const TriMesh& mesh) {
   double smallest = 10;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (int k = 0; k < 3; ++k) {
-      const Vec3 u = mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k), v = mesh.corner(t, (k + 2) % 3) - mesh.corner(t, k);
+      const Vec3 u = mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k),
+                 v = mesh.corner(t, (k + 2) % 3) - mesh.corner(t, k);
       smallest = std::min(smallest, std::atan2(u.cross(v).norm(), u.dot(v)));
     }
   }

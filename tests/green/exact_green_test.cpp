@@ -19,7 +19,8 @@ double laplacian(const H& h, const Vec3& x) {
 
 TEST(ExactGreen, BallVanishesOnTheSphereAndIsHarmonic) {
   const BallGreen ball{Vec3(0.3, 0.2, -0.1)};
-  for (const Vec3& w : {Vec3(1, 0, 0), Vec3(0, -1, 1), Vec3(2, 3, -1)}) EXPECT_NEAR(ball.green(w.normalized()), 0, 1e-14);
+  for (const Vec3& w : {Vec3(1, 0, 0), Vec3(0, -1, 1), Vec3(2, 3, -1)})
+    EXPECT_NEAR(ball.green(w.normalized()), 0, 1e-14);
   EXPECT_NEAR(laplacian([&](const Vec3& x) { return ball.h(x); }, Vec3(0.1, -0.4, 0.2)), 0, 1e-5);
   EXPECT_NEAR(-1 / ball.h(ball.pole), ball.harmonicRadius(), 1e-14);
 }
@@ -32,7 +33,8 @@ TEST(ExactGreen, HalfBallVanishesOnDomeAndFloor) {
 }
 
 TEST(ExactGreen, CubeHasTheMadelungConstantAtItsCenter) {
-  // The images of a charge in the middle are a rock salt crystal of spacing 2: h = -M / 2, M = 1.7475645946...
+  // The images of a charge in the middle are a rock salt crystal of spacing 2: h = -M / 2, M
+  // = 1.7475645946...
   const CubeGreen cube{Vec3::Zero()};
   EXPECT_NEAR(2 * cube.h(Vec3::Zero()), -1.74756459, 3e-6);
   const CubeGreen offCenter{Vec3(0.2, 0.1, -0.15)};

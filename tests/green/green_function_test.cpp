@@ -15,9 +15,9 @@ namespace polestar {
 namespace {
 
 using testing::BallGreen;
+using testing::ballRadius;
 using testing::CubeGreen;
 using testing::HalfBallGreen;
-using testing::ballRadius;
 using testing::pointsInside;
 using testing::starShape;
 
@@ -34,7 +34,8 @@ double radiusError(const GreenFunction& green, const Exact& exact, std::size_t c
     double value;
     Vec3 gradient;
     green.evaluate({&inner, 1}, {&value, 1}, {&gradient, 1});
-    worst = std::max(worst, std::abs(green.ballRadius(value) - ballRadius(exact.green(x), exact.harmonicRadius())));
+    worst = std::max(worst,
+                     std::abs(green.ballRadius(value) - ballRadius(exact.green(x), exact.harmonicRadius())));
   }
   return worst;
 }
@@ -73,7 +74,8 @@ TEST(GreenFunction, BallDensityIsThePoissonKernel) {
 
 TEST(GreenFunction, HalfBallAgainstFourImages) {
   const HalfBallGreen exact{kHalfBallPole};
-  const double coarse = radiusError(solveGreen(starShape(halfBall(20), kHalfBallPole), onePass()), exact, 1000);
+  const double coarse =
+      radiusError(solveGreen(starShape(halfBall(20), kHalfBallPole), onePass()), exact, 1000);
   const double fine = radiusError(solveGreen(starShape(halfBall(41), kHalfBallPole), onePass()), exact, 1000);
   EXPECT_LT(fine, 6e-3);
   EXPECT_GT(coarse / fine, 2.5);
@@ -131,9 +133,8 @@ TEST(GreenFunction, AtTheCenterItIsInfinite) {
 
 TEST(GreenFunction, RefinementBringsTheBoundaryErrorDown) {
   // A star polyhedron with reentrant edges, where the density is unbounded.
-  const TriMesh mesh = radialShape(2, [](const Vec3& w) {
-    return w.cwiseAbs().maxCoeff() > 0.85 ? 1.0 : 0.55;
-  });
+  const TriMesh mesh =
+      radialShape(2, [](const Vec3& w) { return w.cwiseAbs().maxCoeff() > 0.85 ? 1.0 : 0.55; });
   const StarShape shape = starShape(mesh);
   GreenOptions options;
   options.boundaryTolerance = 1e-9;  // never reached: all passes are used

@@ -27,7 +27,8 @@ TEST(PointCharges, SumsAgreeWithLongDoubles) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     long double sum = 0, slope[3] = {0, 0, 0}, scale = 0, slopeScale = 0;
     for (std::size_t j = 0; j < charges.size(); ++j) {
-      const long double d[3] = {points[i][0] - charges.x[j], points[i][1] - charges.y[j], points[i][2] - charges.z[j]};
+      const long double d[3] = {points[i][0] - charges.x[j], points[i][1] - charges.y[j],
+                                points[i][2] - charges.z[j]};
       const long double r = sqrtl(1e-12L + d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
       sum += charges.charge[j] / r;
       scale += std::abs(charges.charge[j]) / r;

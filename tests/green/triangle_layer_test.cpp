@@ -9,8 +9,8 @@ namespace polestar::detail {
 namespace {
 
 // The integral by brute force: the triangle cut into 4^levels copies, each by the 3-point rule of degree two.
-PotentialAndGradient byQuadrature(const std::array<Vec3, 3>& corner, const std::array<double, 3>& sigma, const Vec3& x,
-                                  int levels) {
+PotentialAndGradient byQuadrature(const std::array<Vec3, 3>& corner, const std::array<double, 3>& sigma,
+                                  const Vec3& x, int levels) {
   if (levels == 0) {
     const double area = 0.5 * (corner[1] - corner[0]).cross(corner[2] - corner[0]).norm();
     PotentialAndGradient sum{0, Vec3::Zero()};
@@ -80,7 +80,8 @@ TEST_F(TriangleLayer, FarAwayItIsItsCharge) {
 
 TEST_F(TriangleLayer, GradientIsTheDerivative) {
   constexpr double kStep = 1e-5;
-  for (const Vec3& x : {Vec3(0.5, 0.3, 0.4), Vec3(1.1, 0.2, 0.21), Vec3(0.12, -0.19, 0.29), Vec3(0.6, 0.6, -0.5)}) {
+  for (const Vec3& x :
+       {Vec3(0.5, 0.3, 0.4), Vec3(1.1, 0.2, 0.21), Vec3(0.12, -0.19, 0.29), Vec3(0.6, 0.6, -0.5)}) {
     const Vec3 gradient = linearLayer(triangle_, sigma_, x).gradient;
     for (int k = 0; k < 3; ++k) {
       const Vec3 offset = kStep * Vec3::Unit(k);

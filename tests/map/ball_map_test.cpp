@@ -59,18 +59,21 @@ TEST(BallMap, RoundTripsFromTheSolid) {
 }
 
 TEST(BallMap, RoundTripsFromTheBall) {
-  std::vector<Vec3> y = pointsInside(starShape(icosphere(3), Vec3(0, 0, 0)), 5000), x(y.size()), back(y.size());
+  std::vector<Vec3> y = pointsInside(starShape(icosphere(3), Vec3(0, 0, 0)), 5000), x(y.size()),
+                    back(y.size());
   star().inverse(y, x);
   star().forward(x, back);
-  for (std::size_t i = 0; i < y.size(); ++i) EXPECT_LT((back[i] - y[i]).norm(), y[i].norm() > 0.98 ? 1e-3 : 1e-7);
+  for (std::size_t i = 0; i < y.size(); ++i)
+    EXPECT_LT((back[i] - y[i]).norm(), y[i].norm() > 0.98 ? 1e-3 : 1e-7);
 }
 
 TEST(BallMap, CenterSurfaceAndOutside) {
   const StarShape& shape = shapeOf(star());
   const Vec3 center = shape.frame().origin;
   const Vec3 surface = shape.surface().mesh().vertices[17];
-  const std::vector<Vec3> x{center, center + (1 - 1e-9) * (surface - center), center + 1.001 * (surface - center),
-                            Vec3(50, 0, 0), Vec3::Constant(std::numeric_limits<double>::quiet_NaN())};
+  const std::vector<Vec3> x{center, center + (1 - 1e-9) * (surface - center),
+                            center + 1.001 * (surface - center), Vec3(50, 0, 0),
+                            Vec3::Constant(std::numeric_limits<double>::quiet_NaN())};
   std::vector<Vec3> y(x.size());
   star().forward(x, y);
   EXPECT_EQ(y[0], Vec3::Zero());
@@ -157,13 +160,15 @@ TEST(BallMap, SampleContinuesOverTheSurface) {
   EXPECT_LT((y[0] - 1.1 * star().sphere().directions[40]).norm(), 1e-9);
   EXPECT_EQ(green[0], 0);
   EXPECT_EQ(y[1], forward[1]);
-  EXPECT_NEAR(y[1].norm(), 1 / (1 + star().chart().green().harmonicRadius() * shape.frame().unit * green[1]), 1e-12);
+  EXPECT_NEAR(y[1].norm(), 1 / (1 + star().chart().green().harmonicRadius() * shape.frame().unit * green[1]),
+              1e-12);
   EXPECT_EQ(green[2], std::numeric_limits<double>::infinity());
 }
 
 TEST(BallMap, SmoothCoreIsDifferentiableAtTheCenterThePapersIsNot) {
   // A boundary map that is no rotation: phi of the conformal map against omega of an elongated body.
-  const TriMesh mesh = transformed(icosphere(4), [](const Vec3& v) { return Vec3(2.5 * v[0], v[1], 0.7 * v[2]); });
+  const TriMesh mesh =
+      transformed(icosphere(4), [](const Vec3& v) { return Vec3(2.5 * v[0], v[1], 0.7 * v[2]); });
   const StarShape shape = starShape(mesh, Vec3(0, 0, 0));
   const GreenChart chart = traceChart(solveGreen(shape));
   const SphereMap phi = radialSphereMap(shape);
@@ -172,7 +177,8 @@ TEST(BallMap, SmoothCoreIsDifferentiableAtTheCenterThePapersIsNot) {
   // f(t e) / t along opposite and orthogonal rays: linear at the center means additive.
   auto kink = [&](const BallMap& map) {
     constexpr double kDistance = 0.02;
-    const std::vector<Vec3> x{kDistance * Vec3(1, 1, 0), kDistance * Vec3(1, 0, 0), kDistance * Vec3(0, 1, 0)};
+    const std::vector<Vec3> x{kDistance * Vec3(1, 1, 0), kDistance * Vec3(1, 0, 0),
+                              kDistance * Vec3(0, 1, 0)};
     std::vector<Vec3> y(3);
     TracedBallMap(map).forward(x, y);
     return (y[0] - y[1] - y[2]).norm() / y[0].norm();

@@ -12,7 +12,8 @@ TEST(CoreIsotopy, IsPhiOutsideARotationInsideAndFlipFreeBetween) {
   const TriMesh sphere = icosphere(3);
   const Mat3 turn = Eigen::AngleAxisd(1.1, Vec3(1, 2, -1).normalized()).toRotationMatrix();
   std::vector<Vec3> phi;
-  for (const Vec3& w : sphere.vertices) phi.push_back((turn * Vec3(1.6 * w[0], w[1], 0.8 * w[2])).normalized());
+  for (const Vec3& w : sphere.vertices)
+    phi.push_back((turn * Vec3(1.6 * w[0], w[1], 0.8 * w[2])).normalized());
   const std::vector<double> weight(phi.size(), 1.0);
   const CoreIsotopy isotopy(sphere.vertices, phi, weight, 0.25);
   // The stretch is symmetric, so the best rotation is the turn itself.

@@ -15,8 +15,8 @@ using testing::pointsInside;
 using testing::starShape;
 
 // Largest difference between f(x) and Q^T g(move(x)) by traced maps, as `polestar eval` answers.
-double difference(const BallMap& a, const BallMap& b, const std::function<Vec3(const Vec3&)>& move, const Mat3& turn,
-                  std::size_t count) {
+double difference(const BallMap& a, const BallMap& b, const std::function<Vec3(const Vec3&)>& move,
+                  const Mat3& turn, std::size_t count) {
   const std::vector<Vec3> x = pointsInside(a.chart().green().shape(), count);
   std::vector<Vec3> moved, fx(count), gx(count);
   for (const Vec3& p : x) moved.push_back(move(p));

@@ -35,7 +35,8 @@ class MapFileTest : public ::testing::Test {
     return {std::istreambuf_iterator<char>(in), {}};
   }
   void replace(const std::vector<char>& content) const {
-    std::ofstream(path_, std::ios::binary).write(content.data(), static_cast<std::streamsize>(content.size()));
+    std::ofstream(path_, std::ios::binary)
+        .write(content.data(), static_cast<std::streamsize>(content.size()));
   }
 
   fs::path folder_, path_;

@@ -41,7 +41,8 @@ TEST(SphereLocator, SaysWhereNothingIs) {
   std::vector<Triangle> open(mesh.triangles.begin() + 1, mesh.triangles.end());
   const Triangle& missing = mesh.triangles[0];
   const SphereLocator locator(mesh.vertices, open);
-  EXPECT_FALSE(locator.locate(mesh.vertices[missing[0]] + mesh.vertices[missing[1]] + mesh.vertices[missing[2]]));
+  EXPECT_FALSE(
+      locator.locate(mesh.vertices[missing[0]] + mesh.vertices[missing[1]] + mesh.vertices[missing[2]]));
 }
 
 }  // namespace

@@ -40,7 +40,8 @@ double CubeGreen::h(const Vec3& x) const {
     for (int j = -kCells; j <= kCells; ++j) {
       for (int k = -kCells; k <= kCells; ++k) {
         for (int s = 0; s < 8; ++s) {
-          // In coordinates from the lower corner, a charge at p has images at 4 n + p (same sign) and 4 n - p.
+          // In coordinates from the lower corner, a charge at p has images at 4 n + p (same sign) and 4 n -
+          // p.
           const bool mx = s & 1, my = s & 2, mz = s & 4;
           if (i == 0 && j == 0 && k == 0 && s == 0) continue;
           const Vec3 p = pole + Vec3::Ones();

@@ -13,7 +13,8 @@ struct BallGreen {
   double harmonicRadius() const { return 1 - pole.squaredNorm(); }
   /// Density of harmonic measure at a boundary point: the Poisson kernel.
   double harmonicMeasure(const Vec3& x) const;
-  /// Constant along field lines: charges 1 at the pole and -1/|a| at its image, seen along their axis (Stokes).
+  /// Constant along field lines: charges 1 at the pole and -1/|a| at its image, seen along their axis
+  /// (Stokes).
   double streamFunction(const Vec3& x) const;
 };
 
@@ -24,7 +25,8 @@ struct HalfBallGreen {
   double harmonicRadius() const;
 };
 
-/// Cube [-1, 1]^3: a lattice of images with alternating signs, summed by cells of eight, whose fields fall off like r^-4.
+/// Cube [-1, 1]^3: a lattice of images with alternating signs, summed by cells of eight, whose fields fall
+/// off like r^-4.
 struct CubeGreen {
   Vec3 pole;
   double h(const Vec3& x) const;

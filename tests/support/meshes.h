@@ -26,8 +26,8 @@ std::vector<ManifestEntry> manifest();
 }  // namespace polestar::testing
 
 /// Ends the test as skipped, visibly, when the folder is not there.
-#define POLESTAR_REQUIRE_MESHES()                                                                     \
-  if (!polestar::testing::meshFolder()) {                                                             \
+#define POLESTAR_REQUIRE_MESHES()                                                                   \
+  if (!polestar::testing::meshFolder()) {                                                           \
     GTEST_SKIP() << "set POLESTAR_MESHES to a folder of meshes with MANIFEST.tsv to run this test"; \
-  }                                                                                                   \
+  }                                                                                                 \
   static_assert(true, "")

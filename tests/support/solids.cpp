@@ -16,7 +16,9 @@ StarShape starShape(const TriMesh& mesh, std::optional<Vec3> center) {
   return verifyStarShape(verifyClosedSurface(mesh), options);
 }
 
-StarShape starShapeFromFile(const std::filesystem::path& path) { return starShape(repairMesh(readMesh(path).mesh).mesh); }
+StarShape starShapeFromFile(const std::filesystem::path& path) {
+  return starShape(repairMesh(readMesh(path).mesh).mesh);
+}
 
 BallMap ballMap(const StarShape& shape) { return mapToBall(shape); }
 

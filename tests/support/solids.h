@@ -18,7 +18,8 @@ StarShape starShapeFromFile(const std::filesystem::path& path);
 /// Default options all the way.
 BallMap ballMap(const StarShape& shape);
 
-/// `count` points inside, spread by a fixed seed: center + t (q - center), q on the surface by area, t^3 uniform.
+/// `count` points inside, spread by a fixed seed: center + t (q - center), q on the surface by area, t^3
+/// uniform.
 std::vector<Vec3> pointsInside(const StarShape& shape, std::size_t count, unsigned seed = 1);
 
 }  // namespace polestar::testing

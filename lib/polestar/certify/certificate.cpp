@@ -14,9 +14,12 @@ std::string counted(std::size_t bad, std::size_t all, const std::string& what) {
 
 const char* toString(Verdict verdict) {
   switch (verdict) {
-    case Verdict::proved: return "proved";
-    case Verdict::sampled: return "sampled";
-    default: return "failed";
+    case Verdict::proved:
+      return "proved";
+    case Verdict::sampled:
+      return "sampled";
+    default:
+      return "failed";
   }
 }
 
@@ -80,8 +83,8 @@ std::string Certificate::failure() const {
   return "";
 }
 
-Certificate certify(const BallMap& map, const CellQuality& sampled, const RoundTrip& roundTrip, double voxelSize,
-                    Context& context) {
+Certificate certify(const BallMap& map, const CellQuality& sampled, const RoundTrip& roundTrip,
+                    double voxelSize, Context& context) {
   context.progress("certifying", 0);
   Certificate certificate;
   const GreenChart& chart = map.chart();
@@ -96,8 +99,10 @@ Certificate certify(const BallMap& map, const CellQuality& sampled, const RoundT
   const SignReport& signs = certificate.signs;
 
   add("boundary_error", error.max, 1e-2, false, error.bound,
-      "rho |G| on the surface, " + std::string(error.bound ? "bounded" : "sampled at " + std::to_string(error.points) + " points"));
-  add("charge", std::abs(chart.green().charge() + 1), 1e-3, false, false, "total charge of the layer, which is -1");
+      "rho |G| on the surface, " +
+          std::string(error.bound ? "bounded" : "sampled at " + std::to_string(error.points) + " points"));
+  add("charge", std::abs(chart.green().charge() + 1), 1e-3, false, false,
+      "total charge of the layer, which is -1");
   add("field_signs", static_cast<double>(signs.radialFailures + signs.normalFailures), 0, false, false,
       counted(signs.radialFailures + signs.normalFailures, 2 * signs.points,
               "signs just inside the surface point the wrong way"));
@@ -106,8 +111,10 @@ Certificate certify(const BallMap& map, const CellQuality& sampled, const RoundT
   add("foliation_cells", static_cast<double>(cells.bad()), 0, true, true,
       counted(cells.bad(), cells.cells, "tetrahedra of the foliation inverted or flat"));
   add("voxel_cells", static_cast<double>(sampled.invertedDeep), 0, true, true,
-      counted(sampled.invertedDeep, sampled.cells, "voxel cells inverted more than a voxel below the surface (") +
-          std::to_string(sampled.inverted) + " anywhere, " + std::to_string(sampled.collapsed) + " collapsed)");
+      counted(sampled.invertedDeep, sampled.cells,
+              "voxel cells inverted more than a voxel below the surface (") +
+          std::to_string(sampled.inverted) + " anywhere, " + std::to_string(sampled.collapsed) +
+          " collapsed)");
   add("round_trip", roundTrip.lost > 0 ? HUGE_VAL : roundTrip.max, 0.5 * voxelSize, true, false,
       "largest distance " + std::to_string(roundTrip.max / voxelSize) + " voxels over " +
           std::to_string(roundTrip.points) + " points, " + std::to_string(roundTrip.lost) + " lost");

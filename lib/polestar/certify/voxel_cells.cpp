@@ -6,11 +6,12 @@
 namespace polestar {
 namespace {
 
-using Corners = std::array<Vec3, 8>;           // index 4 i + 2 j + k for corner (i, j, k)
-using Coefficients = std::array<double, 27>;   // Bernstein, index 9 i + 3 j + k
+using Corners = std::array<Vec3, 8>;          // index 4 i + 2 j + k for corner (i, j, k)
+using Coefficients = std::array<double, 27>;  // Bernstein, index 9 i + 3 j + k
 
-// Bernstein coefficients of det(d/du, d/dv, d/dw) of the trilinear map. d/du is bilinear in (v, w), and so on; products
-// of linear Bernstein polynomials in one variable are B0 B0 = B0, B0 B1 = B1 / 2, B1 B1 = B2 of degree two.
+// Bernstein coefficients of det(d/du, d/dv, d/dw) of the trilinear map. d/du is bilinear in (v, w), and so
+// on; products of linear Bernstein polynomials in one variable are B0 B0 = B0, B0 B1 = B1 / 2, B1 B1 = B2 of
+// degree two.
 Coefficients jacobianCoefficients(const Corners& c) {
   Coefficients result{};
   auto at = [&](int i, int j, int k) -> const Vec3& { return c[4 * i + 2 * j + k]; };
@@ -61,9 +62,12 @@ void halve(const Coefficients& b, int stride, Coefficients& low, Coefficients& h
 
 bool positiveEverywhere(const Coefficients& b, int halvings) {
   switch (signOf(b)) {
-    case Sign::positive: return true;
-    case Sign::notPositive: return false;
-    case Sign::open: break;
+    case Sign::positive:
+      return true;
+    case Sign::notPositive:
+      return false;
+    case Sign::open:
+      break;
   }
   if (halvings == 0) return false;
   constexpr int kStrides[3] = {9, 3, 1};

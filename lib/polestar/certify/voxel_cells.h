@@ -1,6 +1,7 @@
 #pragma once
-// Is the sampled map one to one? Applications interpolate `rest` trilinearly between the voxels that were written; a
-// cell of eight voxels is good when that interpolant has a positive Jacobian determinant everywhere in it.
+// Is the sampled map one to one? Applications interpolate `rest` trilinearly between the voxels that were
+// written; a cell of eight voxels is good when that interpolant has a positive Jacobian determinant
+// everywhere in it.
 
 #include <cstddef>
 #include <cstdint>
@@ -20,21 +21,23 @@ struct VoxelBlock {
 };
 
 struct CellQuality {
-  std::size_t voxels = 0;        ///< inside the solid
-  std::size_t cells = 0;         ///< with all eight corners inside
-  std::size_t inverted = 0;      ///< not positive somewhere, or not decided after four subdivisions
-  std::size_t collapsed = 0;     ///< zero at a corner and nowhere negative there: crowded below float's resolution
+  std::size_t voxels = 0;    ///< inside the solid
+  std::size_t cells = 0;     ///< with all eight corners inside
+  std::size_t inverted = 0;  ///< not positive somewhere, or not decided after four subdivisions
+  std::size_t collapsed =
+      0;  ///< zero at a corner and nowhere negative there: crowded below float's resolution
   std::size_t invertedDeep = 0;  ///< inverted, every corner deeper than one voxel below the surface
   double minJacobian = 1e300;    ///< smallest determinant at a cell's corner, 1 / mesh unit^3
 
   CellQuality& operator+=(const CellQuality& other);
 };
 
-/// Judges the cells whose lowest corner is one of the first (size - 1)^3 samples; counts voxels among those too.
+/// Judges the cells whose lowest corner is one of the first (size - 1)^3 samples; counts voxels among those
+/// too.
 ///
-/// The determinant is a polynomial of degree 2 in each variable; 27 positive Bernstein coefficients prove a cell, a
-/// corner that is not positive disproves it, subdivision decides in between. In doubles from the stored floats; about
-/// 0.5 us a cell.
+/// The determinant is a polynomial of degree 2 in each variable; 27 positive Bernstein coefficients prove a
+/// cell, a corner that is not positive disproves it, subdivision decides in between. In doubles from the
+/// stored floats; about 0.5 us a cell.
 CellQuality judgeCells(const VoxelBlock& block);
 
 }  // namespace polestar

@@ -10,15 +10,15 @@ namespace {
 // Dormand & Prince 1980: stages, fifth-order weights (which are the last stage's), and the error's weights.
 constexpr int kStages = 7;
 constexpr double kNode[kStages] = {0, 1. / 5, 3. / 10, 4. / 5, 8. / 9, 1, 1};
-constexpr double kWeight[kStages][6] = {
-    {},
-    {1. / 5},
-    {3. / 40, 9. / 40},
-    {44. / 45, -56. / 15, 32. / 9},
-    {19372. / 6561, -25360. / 2187, 64448. / 6561, -212. / 729},
-    {9017. / 3168, -355. / 33, 46732. / 5247, 49. / 176, -5103. / 18656},
-    {35. / 384, 0, 500. / 1113, 125. / 192, -2187. / 6784, 11. / 84}};
-constexpr double kError[kStages] = {71. / 57600, 0, -71. / 16695, 71. / 1920, -17253. / 339200, 22. / 525, -1. / 40};
+constexpr double kWeight[kStages][6] = {{},
+                                        {1. / 5},
+                                        {3. / 40, 9. / 40},
+                                        {44. / 45, -56. / 15, 32. / 9},
+                                        {19372. / 6561, -25360. / 2187, 64448. / 6561, -212. / 729},
+                                        {9017. / 3168, -355. / 33, 46732. / 5247, 49. / 176, -5103. / 18656},
+                                        {35. / 384, 0, 500. / 1113, 125. / 192, -2187. / 6784, 11. / 84}};
+constexpr double kError[kStages] = {71. / 57600,      0,         -71. / 16695, 71. / 1920,
+                                    -17253. / 339200, 22. / 525, -1. / 40};
 
 constexpr std::size_t kLinesInStep = 16;
 constexpr int kMaxSteps = 600;
@@ -29,17 +29,17 @@ double logGreenOf(double ballRadius) { return std::log(1 / ballRadius - 1); }
 
 // One line on its way.
 struct Traveller {
-  double s = 0;                      // ln(rho G)
-  Vec3 y = Vec3::Zero();             // x / R
-  double step = kFirstStep;          // the step that the error control wants
-  std::size_t level = 0;             // the next one to reach
+  double s = 0;              // ln(rho G)
+  Vec3 y = Vec3::Zero();     // x / R
+  double step = kFirstStep;  // the step that the error control wants
+  std::size_t level = 0;     // the next one to reach
   int steps = 0;
   bool active = false;
-  double tried = 0;                  // the step under way, shortened to end on a level
+  double tried = 0;  // the step under way, shortened to end on a level
   std::array<Vec3, kStages> slope{Vec3::Zero(), Vec3::Zero(), Vec3::Zero(), Vec3::Zero(),
                                   Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
-  double h = 0, gradientNorm = 0;    // at the current point: h and |grad G|
-  Vec3 gradient = Vec3::Zero();      // of h
+  double h = 0, gradientNorm = 0;  // at the current point: h and |grad G|
+  Vec3 gradient = Vec3::Zero();    // of h
 };
 
 // Lines that share their evaluations, stage by stage.
@@ -53,7 +53,8 @@ class Batch {
   void run(std::span<const Vec3> starts, std::span<FieldLineTracer::Line> lines) {
     lines_ = lines;
     begin(starts);
-    while (std::any_of(travellers_.begin(), travellers_.end(), [](const Traveller& t) { return t.active; })) step();
+    while (std::any_of(travellers_.begin(), travellers_.end(), [](const Traveller& t) { return t.active; }))
+      step();
   }
 
  private:

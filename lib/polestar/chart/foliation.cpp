@@ -24,12 +24,16 @@ std::array<std::uint32_t, 4> Foliation::cell(std::size_t id) const {
   }
   const auto base = static_cast<std::uint32_t>(layer * n);
   const auto step = static_cast<std::uint32_t>(n);
-  const std::uint32_t a = base + corner[first], b = base + corner[(first + 1) % 3], c = base + corner[(first + 2) % 3];
+  const std::uint32_t a = base + corner[first], b = base + corner[(first + 1) % 3],
+                      c = base + corner[(first + 2) % 3];
   const std::uint32_t d = a + step, e = b + step, f = c + step;  // the inner ends
   switch (id % 3) {
-    case 0: return {d, e, f, a};
-    case 1: return b < c ? std::array{a, e, f, b} : std::array{a, e, f, c};
-    default: return b < c ? std::array{a, b, f, c} : std::array{a, e, c, b};
+    case 0:
+      return {d, e, f, a};
+    case 1:
+      return b < c ? std::array{a, e, f, b} : std::array{a, e, f, c};
+    default:
+      return b < c ? std::array{a, b, f, c} : std::array{a, e, c, b};
   }
 }
 
@@ -50,8 +54,8 @@ CellCounts countCells(const Foliation& foliation) {
         CellCounts part = zero;
         for (std::size_t id = begin; id < end; ++id) {
           const auto node = foliation.cell(id);
-          const int sign = orient3d(foliation.nodes[node[0]], foliation.nodes[node[1]], foliation.nodes[node[2]],
-                                    foliation.nodes[node[3]]);
+          const int sign = orient3d(foliation.nodes[node[0]], foliation.nodes[node[1]],
+                                    foliation.nodes[node[2]], foliation.nodes[node[3]]);
           ++part.cells;
           part.inverted += sign < 0;
           part.flat += sign == 0;

@@ -13,9 +13,9 @@
 namespace polestar {
 namespace {
 
-constexpr int kAttempts = 10;          // at deeper and deeper starts
+constexpr int kAttempts = 10;  // at deeper and deeper starts
 constexpr double kDeeper = 1.6, kShallower = 0.6;
-constexpr std::size_t kBatch = 256;    // lines between two looks at cancellation
+constexpr std::size_t kBatch = 256;  // lines between two looks at cancellation
 
 std::vector<double> chooseLevels(const ChartOptions& options, double boundaryError) {
   // Thin layers at the surface, where R runs fastest through the cells, growing inward.
@@ -31,7 +31,7 @@ std::vector<double> chooseLevels(const ChartOptions& options, double boundaryErr
 
 // What a vertex knows of its neighbourhood.
 struct VertexFrame {
-  Vec3 normal = Vec3::Zero();      // angle-weighted, outward, unit
+  Vec3 normal = Vec3::Zero();  // angle-weighted, outward, unit
   double shortestEdge = 1e300;
 };
 
@@ -40,7 +40,8 @@ std::vector<VertexFrame> vertexFrames(const TriMesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const Vec3 normal = areaVector(mesh, t).normalized();
     for (int k = 0; k < 3; ++k) {
-      const Vec3 u = mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k), v = mesh.corner(t, (k + 2) % 3) - mesh.corner(t, k);
+      const Vec3 u = mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k),
+                 v = mesh.corner(t, (k + 2) % 3) - mesh.corner(t, k);
       VertexFrame& frame = frames[mesh.triangles[t][k]];
       frame.normal += std::atan2(u.cross(v).norm(), u.dot(v)) * normal;
       frame.shortestEdge = std::min({frame.shortestEdge, u.norm(), v.norm()});
@@ -60,7 +61,8 @@ class StartFinder {
     for (int shorter = 0; shorter < 40; ++shorter, depth *= kShallower) {
       Vec3 direction = -frame.normal, gradient;
       double green;
-      // The field at the start turns the way towards itself; close to a crease the normal alone would miss the line.
+      // The field at the start turns the way towards itself; close to a crease the normal alone would miss
+      // the line.
       for (int turn = 0; turn < 3; ++turn) {
         evaluate(vertex + depth * direction, green, gradient);
         const Vec3 inward = gradient.normalized();
@@ -82,7 +84,8 @@ class StartFinder {
   double firstLevel_;
 };
 
-// Traces every vertex into `data`, deeper starts for lines that fail. Returns the vertices that failed for good.
+// Traces every vertex into `data`, deeper starts for lines that fail. Returns the vertices that failed for
+// good.
 std::vector<std::int32_t> traceAll(GreenChart::Data& data, const ChartOptions& options,
                                    const std::vector<VertexFrame>& frames, Context& context) {
   const TriMesh& mesh = data.green.shape().mesh();
@@ -138,7 +141,8 @@ void setSurfaceValues(GreenChart::Data& data, const std::vector<VertexFrame>& fr
     const Vec3& v = mesh.vertices[i];
     data.foliation.nodes[i] = v;
     data.h[i] = -1 / v.norm();
-    data.gradient[i] = v / std::pow(v.norm(), 3) + 4 * std::numbers::pi * data.green.density()[i] * frames[i].normal;
+    data.gradient[i] =
+        v / std::pow(v.norm(), 3) + 4 * std::numbers::pi * data.green.density()[i] * frames[i].normal;
   }
 }
 
@@ -156,11 +160,15 @@ void evaluateNodes(GreenChart::Data& data, const std::vector<std::size_t>& ids) 
 }  // namespace
 
 void ChartOptions::validate() const {
-  if (!(tolerance > 0 && tolerance < 0.1)) throw Error(Errc::usage, "ChartOptions: tolerance must lie in (0, 0.1)");
+  if (!(tolerance > 0 && tolerance < 0.1))
+    throw Error(Errc::usage, "ChartOptions: tolerance must lie in (0, 0.1)");
   if (!(startDepth > 0)) throw Error(Errc::usage, "ChartOptions: startDepth must be positive");
-  if (!(innermost > 0 && innermost < 0.25)) throw Error(Errc::usage, "ChartOptions: innermost must lie in (0, 0.25)");
-  if (!(largestStep > 0 && largestStep < 0.5)) throw Error(Errc::usage, "ChartOptions: largestStep must lie in (0, 0.5)");
-  if (!(firstStep >= 0 && firstStep < 0.5)) throw Error(Errc::usage, "ChartOptions: firstStep must lie in [0, 0.5)");
+  if (!(innermost > 0 && innermost < 0.25))
+    throw Error(Errc::usage, "ChartOptions: innermost must lie in (0, 0.25)");
+  if (!(largestStep > 0 && largestStep < 0.5))
+    throw Error(Errc::usage, "ChartOptions: largestStep must lie in (0, 0.5)");
+  if (!(firstStep >= 0 && firstStep < 0.5))
+    throw Error(Errc::usage, "ChartOptions: firstStep must lie in [0, 0.5)");
 }
 
 GreenChart traceChart(const GreenFunction& green, const ChartOptions& options, Context& context) {

@@ -1,8 +1,8 @@
 #pragma once
 // Field lines and the coordinates they give. [Xia 2010, sec. 4.1, step 4; traced inward, see docs/method.md]
 //
-// A field line enters the center with a direction omega; R falls along it from 1 to 0. (R, omega) are the canonical
-// coordinates of the solid: they depend on the solid and its center alone.
+// A field line enters the center with a direction omega; R falls along it from 1 to 0. (R, omega) are the
+// canonical coordinates of the solid: they depend on the solid and its center alone.
 
 #include <cstddef>
 #include <memory>
@@ -16,10 +16,10 @@
 namespace polestar {
 
 struct ChartOptions {
-  double tolerance = 1e-6;       ///< of the tracer, local error relative to the width of a flux tube
-  double startDepth = 0.1;       ///< where a trace begins under its vertex, in units of the shortest edge there
-  double innermost = 0.03;       ///< R of the last level, in (0, 0.25)
-  double largestStep = 0.06;     ///< between levels of R
+  double tolerance = 1e-6;    ///< of the tracer, local error relative to the width of a flux tube
+  double startDepth = 0.1;    ///< where a trace begins under its vertex, in units of the shortest edge there
+  double innermost = 0.03;    ///< R of the last level, in (0, 0.25)
+  double largestStep = 0.06;  ///< between levels of R
   /// 1 - R of the first level; 0: three times the boundary error, within [0.01, 0.08].
   double firstStep = 0;
 
@@ -28,32 +28,33 @@ struct ChartOptions {
 
 struct ChartReport {
   std::size_t lines = 0;
-  std::size_t deepened = 0;   ///< lines that needed a deeper start than asked
-  std::size_t failed = 0;     ///< lines that no start could carry through; replaced by their neighbours' mean
-  std::size_t repaired = 0;   ///< lines that were replaced because cells around them were inverted
-  double largestMove = 0;     ///< of a node by repairs, inner units
+  std::size_t deepened = 0;  ///< lines that needed a deeper start than asked
+  std::size_t failed = 0;    ///< lines that no start could carry through; replaced by their neighbours' mean
+  std::size_t repaired = 0;  ///< lines that were replaced because cells around them were inverted
+  double largestMove = 0;    ///< of a node by repairs, inner units
   std::size_t evaluations = 0;
-  CellCounts cells;           ///< after repair
+  CellCounts cells;                ///< after repair
   std::size_t directionFlips = 0;  ///< triangles of the omega map that are not positively oriented (exact)
   double seconds = 0;
 };
 
 /// Follows field lines inward through a GreenFunction.
 ///
-/// The variable is s = ln(rho G), which resolves both the center and narrow parts where G falls exponentially; the
-/// unknown is y = x / R, which tends to rho * omega. Dormand-Prince 5(4), several lines in step.
+/// The variable is s = ln(rho G), which resolves both the center and narrow parts where G falls
+/// exponentially; the unknown is y = x / R, which tends to rho * omega. Dormand-Prince 5(4), several lines in
+/// step.
 class FieldLineTracer {
  public:
   FieldLineTracer(GreenFunction green, double tolerance);
 
   struct Node {
-    Vec3 position;   ///< inner frame
-    double h;        ///< harmonic part of G there
-    Vec3 gradient;   ///< of h
+    Vec3 position;  ///< inner frame
+    double h;       ///< harmonic part of G there
+    Vec3 gradient;  ///< of h
   };
   struct Line {
     bool ok = false;
-    std::vector<Node> nodes;      ///< one a level
+    std::vector<Node> nodes;  ///< one a level
     std::size_t evaluations = 0;
   };
   /// Traces from each start (inside, at its own G) to all `levels` of R, falling, below the start's R.
@@ -64,7 +65,8 @@ class FieldLineTracer {
   double tolerance_;
 };
 
-/// Direction of the limit of x/|x| from the last two levels of a line, by Richardson extrapolation (error O(R^4)).
+/// Direction of the limit of x/|x| from the last two levels of a line, by Richardson extrapolation (error
+/// O(R^4)).
 Vec3 limitDirection(const Vec3& outer, double outerRadius, const Vec3& inner, double innerRadius);
 
 /// Field lines of all vertices. Cheap to copy.
@@ -73,8 +75,9 @@ class GreenChart {
   struct Data {
     GreenFunction green;
     Foliation foliation;
-    std::vector<double> h;         ///< harmonic part of G at every node (0 <= id <= center)
-    std::vector<Vec3> gradient;    ///< of h at every node; on the surface built from the boundary values and the density
+    std::vector<double> h;  ///< harmonic part of G at every node (0 <= id <= center)
+    std::vector<Vec3>
+        gradient;  ///< of h at every node; on the surface built from the boundary values and the density
     std::vector<Vec3> directions;  ///< omega of every vertex' line
     ChartReport report;
   };
@@ -93,6 +96,7 @@ class GreenChart {
 
 /// Traces all vertices, repairs single lines that were caught or folded, counts the cells.
 /// Cost: 100 to 200 evaluations of the field a vertex.
-GreenChart traceChart(const GreenFunction& green, const ChartOptions& options = {}, Context& context = Context::quiet());
+GreenChart traceChart(const GreenFunction& green, const ChartOptions& options = {},
+                      Context& context = Context::quiet());
 
 }  // namespace polestar

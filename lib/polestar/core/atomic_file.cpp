@@ -38,11 +38,12 @@ void writeAtomically(const std::filesystem::path& path,
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   std::error_code ignored;
   if (!fs::is_directory(folder, ignored)) {
-    throw Error(Errc::io, "cannot write " + path.string() + ": the folder " + folder.string() + " does not exist");
+    throw Error(Errc::io,
+                "cannot write " + path.string() + ": the folder " + folder.string() + " does not exist");
   }
   // Same folder, so that the rename stays within one filesystem; hidden, and unlike any sequence pattern.
-  const fs::path temporary = folder / ("." + path.filename().string() + "." + std::to_string(::getpid()) + "-" +
-                                       std::to_string(counter++) + ".part");
+  const fs::path temporary = folder / ("." + path.filename().string() + "." + std::to_string(::getpid()) +
+                                       "-" + std::to_string(counter++) + ".part");
   try {
     write(temporary);
     sync(temporary, O_RDONLY);

@@ -1,5 +1,6 @@
 #pragma once
-// How a long computation talks to its caller: progress, log lines, cancellation. The library itself never prints.
+// How a long computation talks to its caller: progress, log lines, cancellation. The library itself never
+// prints.
 
 #include <atomic>
 #include <functional>
@@ -10,8 +11,9 @@ namespace polestar {
 
 enum class LogLevel { debug, info, warning };
 
-/// Passed by reference through every stage that takes longer than a blink. Callbacks may come from any thread, one at
-/// a time for `onLog`; `onProgress` is called by the thread that drives the stage. Both must not throw.
+/// Passed by reference through every stage that takes longer than a blink. Callbacks may come from any
+/// thread, one at a time for `onLog`; `onProgress` is called by the thread that drives the stage. Both must
+/// not throw.
 class Context {
  public:
   /// Share of the current stage that is done, in [0, 1]; `stage` is a verb phrase such as "solving for G".

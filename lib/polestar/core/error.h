@@ -1,6 +1,6 @@
 #pragma once
-// The one exception class of the library. A "no" that is an answer (not star-shaped, a certificate refused) is data in
-// a report; an Error is thrown when a function cannot give its caller what its name promises.
+// The one exception class of the library. A "no" that is an answer (not star-shaped, a certificate refused)
+// is data in a report; an Error is thrown when a function cannot give its caller what its name promises.
 
 #include <stdexcept>
 #include <string>
@@ -17,7 +17,8 @@ enum class Errc {
   cancelled        ///< the caller's Context asked to stop
 };
 
-/// Says what is wrong, where (face ids, coordinates in mesh units) and what to do about it, on one or two lines.
+/// Says what is wrong, where (face ids, coordinates in mesh units) and what to do about it, on one or two
+/// lines.
 class Error : public std::runtime_error {
  public:
   Error(Errc code, const std::string& message) : std::runtime_error(message), code_(code) {}

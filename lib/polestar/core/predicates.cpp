@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-// This file must be compiled without contraction and without unsafe math: error-free transformations depend on every
-// rounding happening where it is written (see CMakeLists.txt of this folder).
+// This file must be compiled without contraction and without unsafe math: error-free transformations depend
+// on every rounding happening where it is written (see CMakeLists.txt of this folder).
 
 namespace polestar {
 namespace {
@@ -29,7 +29,8 @@ TwoTerms twoProduct(double a, double b) {
   return {high, std::fma(a, b, -high)};
 }
 
-/// A sum of at most `Capacity` doubles that do not overlap, ascending in magnitude, zeros dropped [Shewchuk 1997].
+/// A sum of at most `Capacity` doubles that do not overlap, ascending in magnitude, zeros dropped [Shewchuk
+/// 1997].
 template <int Capacity>
 struct Expansion {
   std::array<double, Capacity> term;
@@ -85,7 +86,7 @@ int exactDeterminantSign(const std::array<Expansion<N>, 3>& u, const std::array<
   Expansion<3 * 8 * N * N * N> sum;
   for (int k = 0; k < 3; ++k) {
     const int i = (k + 1) % 3, j = (k + 2) % 3;
-    Expansion<4 * N * N> minor = [&] {
+    Expansion<4 * N* N> minor = [&] {
       Expansion<4 * N * N> m;
       m.add(product(v[i], w[j]));
       m.add(product(v[j], w[i]), -1);
@@ -105,7 +106,8 @@ Determinant roundedDeterminant(const Vec3& u, const Vec3& v, const Vec3& w) {
   const double vw1 = v[2] * w[0], wv1 = v[0] * w[2];
   const double vw2 = v[0] * w[1], wv2 = v[1] * w[0];
   return {u[0] * (vw0 - wv0) + u[1] * (vw1 - wv1) + u[2] * (vw2 - wv2),
-          std::abs(u[0]) * (std::abs(vw0) + std::abs(wv0)) + std::abs(u[1]) * (std::abs(vw1) + std::abs(wv1)) +
+          std::abs(u[0]) * (std::abs(vw0) + std::abs(wv0)) +
+              std::abs(u[1]) * (std::abs(vw1) + std::abs(wv1)) +
               std::abs(u[2]) * (std::abs(vw2) + std::abs(wv2))};
 }
 

@@ -13,9 +13,9 @@
 namespace polestar {
 namespace {
 
-// Where rho |G| is measured: the vertices, since the equation holds there only on average, and points that no equation
-// knows of: two on every edge, off its middle (a charge sits there) and alike from both ends (no numbering of vertices
-// may matter), and three in every triangle.
+// Where rho |G| is measured: the vertices, since the equation holds there only on average, and points that no
+// equation knows of: two on every edge, off its middle (a charge sits there) and alike from both ends (no
+// numbering of vertices may matter), and three in every triangle.
 struct BoundarySamples {
   std::vector<Vec3> points;
   std::vector<std::array<std::int32_t, 2>> edges;  // two samples each follow the vertices
@@ -67,12 +67,14 @@ Measured measureBoundary(const TriMesh& mesh, const detail::LayerField& field, d
   // Edge samples reach both triangles through their ends: an edge is known by its pair of vertices.
   const std::size_t n = mesh.vertices.size(), faceBegin = n + 2 * samples.edges.size();
   std::map<std::array<std::int32_t, 2>, double> onEdge;
-  for (std::size_t e = 0; e < samples.edges.size(); ++e) onEdge[samples.edges[e]] = std::max(value[n + 2 * e], value[n + 2 * e + 1]);
+  for (std::size_t e = 0; e < samples.edges.size(); ++e)
+    onEdge[samples.edges[e]] = std::max(value[n + 2 * e], value[n + 2 * e + 1]);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     double worst = 0;
     for (int k = 0; k < 3; ++k) {
       const std::int32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
-      worst = std::max({worst, value[a], value[faceBegin + 3 * t + k], onEdge.at({std::min(a, b), std::max(a, b)})});
+      worst = std::max(
+          {worst, value[a], value[faceBegin + 3 * t + k], onEdge.at({std::min(a, b), std::max(a, b)})});
     }
     measured.byTriangle.push_back(worst);
   }
@@ -98,7 +100,8 @@ void GreenOptions::validate() const {
   if (neighbours < 1) throw Error(Errc::usage, "GreenOptions: neighbours must be positive");
 }
 
-void GreenFunction::evaluate(std::span<const Vec3> points, std::span<double> green, std::span<Vec3> gradient) const {
+void GreenFunction::evaluate(std::span<const Vec3> points, std::span<double> green,
+                             std::span<Vec3> gradient) const {
   field().evaluate(points, green, gradient);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double r = points[i].norm();
@@ -136,17 +139,20 @@ GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options, Co
     record.harmonicRadius = harmonicRadiusOf(field);
     const Measured measured = measureBoundary(mesh, field, record.harmonicRadius, context);
     record.boundaryError = measured.error;
-    if (record.boundaryError.max <= options.boundaryTolerance || record.summary.passes >= options.maxPasses) break;
+    if (record.boundaryError.max <= options.boundaryTolerance || record.summary.passes >= options.maxPasses)
+      break;
 
     // Split what misses the tolerance, and what is close enough to it to miss it next time.
     std::vector<char> marked(mesh.triangles.size());
-    for (std::size_t t = 0; t < marked.size(); ++t) marked[t] = measured.byTriangle[t] > 0.7 * options.boundaryTolerance;
+    for (std::size_t t = 0; t < marked.size(); ++t)
+      marked[t] = measured.byTriangle[t] > 0.7 * options.boundaryTolerance;
     detail::Refinement refined = detail::bisectLongestEdges(mesh, marked);
     if (static_cast<double>(refined.mesh.vertices.size()) > largest) break;
     for (const auto& [a, b] : refined.parents) density.push_back(0.5 * (density[a] + density[b]));
     mesh = std::move(refined.mesh);
-    context.log(LogLevel::debug, "boundary error " + std::to_string(record.boundaryError.max) + ": layer split to " +
-                                     std::to_string(mesh.vertices.size()) + " vertices");
+    context.log(LogLevel::debug, "boundary error " + std::to_string(record.boundaryError.max) +
+                                     ": layer split to " + std::to_string(mesh.vertices.size()) +
+                                     " vertices");
   }
 
   const std::vector<double> area = vertexAreas(mesh);
@@ -157,17 +163,20 @@ GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options, Co
     if (!(density[i] < 0)) record.wrongSignArea += area[i];
   }
   record.wrongSignArea /= total;
-  record.summary.residual = record.summary.residualHistory.empty() ? 0 : record.summary.residualHistory.back();
-  record.summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - startTime).count();
+  record.summary.residual =
+      record.summary.residualHistory.empty() ? 0 : record.summary.residualHistory.back();
+  record.summary.seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - startTime).count();
   return restoreGreen(shape, std::move(mesh), std::move(density), std::move(record));
 }
 
-GreenFunction restoreGreen(StarShape shape, TriMesh layerMesh, std::vector<double> density, GreenRecord record) {
+GreenFunction restoreGreen(StarShape shape, TriMesh layerMesh, std::vector<double> density,
+                           GreenRecord record) {
   auto quadrature = std::make_shared<const detail::LayerQuadrature>(layerMesh);
   auto field = std::make_shared<const detail::LayerField>(quadrature, density);
   return GreenFunction(std::make_shared<const GreenFunction::Data>(
-      GreenFunction::Data{std::move(shape), std::make_shared<const TriMesh>(std::move(layerMesh)), std::move(field),
-                          std::move(density), std::move(record)}));
+      GreenFunction::Data{std::move(shape), std::make_shared<const TriMesh>(std::move(layerMesh)),
+                          std::move(field), std::move(density), std::move(record)}));
 }
 
 }  // namespace polestar

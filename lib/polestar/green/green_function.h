@@ -1,9 +1,10 @@
 #pragma once
-// Green's function of a star-shaped solid with its pole at the center. [Xia 2010, sec. 4.1, step 2; normalization,
-// solver and error measures: docs/method.md]
+// Green's function of a star-shaped solid with its pole at the center. [Xia 2010, sec. 4.1, step 2;
+// normalization, solver and error measures: docs/method.md]
 //
-//     G(x) = 1/|x| + h(x),   h harmonic inside,   G = 0 on the surface      (inner frame: the center is the origin)
-//     harmonic radius  rho = -1/h(0);      ball radius  R = 1/(1 + rho G), 0 at the center, 1 on the surface
+//     G(x) = 1/|x| + h(x),   h harmonic inside,   G = 0 on the surface      (inner frame: the center is the
+//     origin) harmonic radius  rho = -1/h(0);      ball radius  R = 1/(1 + rho G), 0 at the center, 1 on the
+//     surface
 
 #include <cstddef>
 #include <memory>
@@ -16,31 +17,35 @@
 
 namespace polestar {
 
-/// A harmonic function and its gradient, evaluated together from a plan that is built once. Inner frame. Thread-safe.
+/// A harmonic function and its gradient, evaluated together from a plan that is built once. Inner frame.
+/// Thread-safe.
 class HarmonicField {
  public:
   virtual ~HarmonicField() = default;
   /// h and grad h at points inside the solid and on its surface (there: the gradient's limit from inside).
-  virtual void evaluate(std::span<const Vec3> points, std::span<double> h, std::span<Vec3> gradient) const = 0;
+  virtual void evaluate(std::span<const Vec3> points, std::span<double> h,
+                        std::span<Vec3> gradient) const = 0;
 };
 
-/// How far rho |G| is from 0 on the surface. By the maximum principle its maximum bounds rho |G~ - G| everywhere inside.
+/// How far rho |G| is from 0 on the surface. By the maximum principle its maximum bounds rho |G~ - G|
+/// everywhere inside.
 struct BoundaryError {
   double max = 0, rms = 0;
   std::size_t points = 0;
   Vec3 worst = Vec3::Zero();  ///< where the maximum was seen, inner frame
-  bool bound = false;         ///< true only for an enclosure that includes every error of the evaluation; else sampled
+  bool bound =
+      false;  ///< true only for an enclosure that includes every error of the evaluation; else sampled
 };
 
 struct GreenOptions {
-  double residual = 1e-6;   ///< relative, at which GMRES stops
-  int maxIterations = 80;   ///< of GMRES in one pass, no restarts
-  int neighbours = 30;      ///< size of the local inverses of the preconditioner
-  /// Triangles are split for the layer, and the equation solved again, until rho |G| is below this at all samples of
-  /// the surface or a limit is reached: creases and corners need it.
+  double residual = 1e-6;  ///< relative, at which GMRES stops
+  int maxIterations = 80;  ///< of GMRES in one pass, no restarts
+  int neighbours = 30;     ///< size of the local inverses of the preconditioner
+  /// Triangles are split for the layer, and the equation solved again, until rho |G| is below this at all
+  /// samples of the surface or a limit is reached: creases and corners need it.
   double boundaryTolerance = 2e-3;
-  int maxPasses = 6;        ///< solves
-  double growth = 2;        ///< the layer may have this many times the vertices of the surface (and 1000 more)
+  int maxPasses = 6;  ///< solves
+  double growth = 2;  ///< the layer may have this many times the vertices of the surface (and 1000 more)
 
   void validate() const;  ///< @throws Error{Errc::usage}
 };
@@ -60,7 +65,8 @@ struct GreenRecord {
   double harmonicRadius = 0;
   /// Total charge of the layer: -1 for the exact solution.
   double charge = 0;
-  /// Share of the surface's area around vertices whose density has the wrong sign: there G has run out of digits.
+  /// Share of the surface's area around vertices whose density has the wrong sign: there G has run out of
+  /// digits.
   double wrongSignArea = 0;
   BoundaryError boundaryError;
   GreenSummary summary;
@@ -71,11 +77,11 @@ class GreenFunction {
  public:
   const StarShape& shape() const { return data_->shape; }
   const HarmonicField& field() const { return *data_->field; }
-  /// The surface as the layer sees it, inner frame: that of shape(), split further where that was needed. Its first
-  /// vertices are those of shape().
+  /// The surface as the layer sees it, inner frame: that of shape(), split further where that was needed. Its
+  /// first vertices are those of shape().
   const TriMesh& layerMesh() const { return *data_->layerMesh; }
-  /// Single-layer density at the vertices of layerMesh(), per unit area; -density is the density of harmonic measure,
-  /// so positive.
+  /// Single-layer density at the vertices of layerMesh(), per unit area; -density is the density of harmonic
+  /// measure, so positive.
   std::span<const double> density() const { return data_->density; }
   const GreenRecord& record() const { return data_->record; }
   double harmonicRadius() const { return data_->record.harmonicRadius; }
@@ -101,17 +107,20 @@ class GreenFunction {
   std::shared_ptr<const Data> data_;
 };
 
-/// Green's function by a single layer on the surface's own triangles: h = S sigma, sigma continuous and linear on the
-/// triangles, first-kind equation tested by the vertex-and-centroid rule, analytic integrals near and edge midpoints
-/// far, GMRES with local inverses as preconditioner, triangles split where the boundary error sits.
+/// Green's function by a single layer on the surface's own triangles: h = S sigma, sigma continuous and
+/// linear on the triangles, first-kind equation tested by the vertex-and-centroid rule, analytic integrals
+/// near and edge midpoints far, GMRES with local inverses as preconditioner, triangles split where the
+/// boundary error sits.
 ///
-/// Direct sums: time O(n^2) per iteration, memory O(n). That the boundary error stays above the tolerance is no
-/// failure: it is measured and reported, and everything downstream depends on it.
+/// Direct sums: time O(n^2) per iteration, memory O(n). That the boundary error stays above the tolerance is
+/// no failure: it is measured and reported, and everything downstream depends on it.
 /// @throws Error{Errc::notConverged} with the residual history when GMRES does not reach `options.residual`.
-GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options = {}, Context& context = Context::quiet());
+GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options = {},
+                         Context& context = Context::quiet());
 
-/// The Green's function of a density that was solved before, as a map file keeps it. Nothing is measured again.
-/// `layerMesh` must begin with the vertices of `shape`.
-GreenFunction restoreGreen(StarShape shape, TriMesh layerMesh, std::vector<double> density, GreenRecord record);
+/// The Green's function of a density that was solved before, as a map file keeps it. Nothing is measured
+/// again. `layerMesh` must begin with the vertices of `shape`.
+GreenFunction restoreGreen(StarShape shape, TriMesh layerMesh, std::vector<double> density,
+                           GreenRecord record);
 
 }  // namespace polestar

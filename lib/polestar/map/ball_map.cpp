@@ -23,8 +23,8 @@ namespace {
 constexpr std::size_t kChunk = 512;
 const Vec3 kNowhere = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
 
-std::vector<Vec3> directionsAtNodes(const Foliation& f, const CoreIsotopy& isotopy, std::span<const Vec3> omega,
-                                    std::span<const Vec3> phi) {
+std::vector<Vec3> directionsAtNodes(const Foliation& f, const CoreIsotopy& isotopy,
+                                    std::span<const Vec3> omega, std::span<const Vec3> phi) {
   std::vector<Vec3> directions(f.centerNode());
   for (std::size_t level = 0; level < f.levels.size(); ++level) {
     for (std::size_t i = 0; i < f.vertexCount; ++i) {
@@ -45,7 +45,8 @@ std::size_t countLevelFlips(const Foliation& f, const std::vector<Vec3>& directi
 }  // namespace
 
 void BallMapOptions::validate() const {
-  if (!(coreRadius > 0 && coreRadius < 1)) throw Error(Errc::usage, "BallMapOptions: coreRadius must lie in (0, 1)");
+  if (!(coreRadius > 0 && coreRadius < 1))
+    throw Error(Errc::usage, "BallMapOptions: coreRadius must lie in (0, 1)");
 }
 
 struct BallMap::Data {
@@ -162,8 +163,9 @@ BallMap::BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& optio
   }
   SphereLocator surface(mesh.vertices, mesh.triangles), boundary(sphere.directions, mesh.triangles);
   FoliationTable table(chart, std::move(directions));
-  data_ = std::make_shared<const Data>(Data{std::move(chart), std::move(sphere), used, std::move(reason), flips,
-                                            std::move(table), std::move(surface), std::move(boundary)});
+  data_ =
+      std::make_shared<const Data>(Data{std::move(chart), std::move(sphere), used, std::move(reason), flips,
+                                        std::move(table), std::move(surface), std::move(boundary)});
 }
 
 void BallMap::forward(std::span<const Vec3> solid, std::span<Vec3> domain) const {
@@ -179,7 +181,8 @@ void BallMap::forward(std::span<const Vec3> solid, std::span<Vec3> domain) const
 void BallMap::inverse(std::span<const Vec3> domain, std::span<Vec3> solid) const {
   detail::parallelChunks(domain.size(), kChunk, [&](std::size_t begin, std::size_t end) {
     std::size_t hint = 0;
-    for (std::size_t i = begin; i < end; ++i) solid[i] = data_->frame().toWorld(data_->invert(domain[i], hint));
+    for (std::size_t i = begin; i < end; ++i)
+      solid[i] = data_->frame().toWorld(data_->invert(domain[i], hint));
   });
 }
 

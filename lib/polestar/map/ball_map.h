@@ -1,10 +1,10 @@
 #pragma once
-// The map of a star-shaped solid onto the unit ball: f(x) = R(x) A_R(omega(x)). [Xia 2010, sec. 4.1, algorithm 1; the
-// core and the interpolation: docs/method.md]
+// The map of a star-shaped solid onto the unit ball: f(x) = R(x) A_R(omega(x)). [Xia 2010, sec. 4.1,
+// algorithm 1; the core and the interpolation: docs/method.md]
 //
-// R and omega are the canonical coordinates (chart/), A_R carries directions of field lines at the center to boundary
-// parameters: A(omega of q's line) = phi(q). With A the same at all R ("paper"), f has a kink at the center unless A is
-// a rotation; so by default A_R turns into the rotation closest to A within the core.
+// R and omega are the canonical coordinates (chart/), A_R carries directions of field lines at the center to
+// boundary parameters: A(omega of q's line) = phi(q). With A the same at all R ("paper"), f has a kink at the
+// center unless A is a rotation; so by default A_R turns into the rotation closest to A within the core.
 
 #include <memory>
 #include <string>
@@ -27,8 +27,9 @@ struct BallMapOptions {
   void validate() const;  ///< @throws Error{Errc::usage}
 };
 
-/// The map by its table, the foliation: R from h interpolated with its gradients, directions those of the piecewise
-/// linear map from the foliation's cells to their images in the ball. Cheap to copy. Frames: points of the solid in mesh units, of the domain in the unit ball.
+/// The map by its table, the foliation: R from h interpolated with its gradients, directions those of the
+/// piecewise linear map from the foliation's cells to their images in the ball. Cheap to copy. Frames: points
+/// of the solid in mesh units, of the domain in the unit ball.
 class BallMap final : public VolumeMap {
  public:
   BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options = {});
@@ -37,8 +38,8 @@ class BallMap final : public VolumeMap {
   void inverse(std::span<const Vec3> domain, std::span<Vec3> solid) const override;
   void jacobian(std::span<const Vec3> solid, std::span<Mat3> derivative) const override;
 
-  /// forward(), continued outside the solid by phi(q) |x - c| / |q - c|, q where the ray from the center through x
-  /// leaves the solid; and G (1 / mesh units; 0 outside, +infinity at the center).
+  /// forward(), continued outside the solid by phi(q) |x - c| / |q - c|, q where the ray from the center
+  /// through x leaves the solid; and G (1 / mesh units; 0 outside, +infinity at the center).
   void sample(std::span<const Vec3> solid, std::span<Vec3> domain, std::span<double> green) const;
 
   const GreenChart& chart() const;
@@ -57,8 +58,9 @@ class BallMap final : public VolumeMap {
 };
 
 /// The same map by tracing a field line from every point: the slow reference that the table is held against.
-/// Directions pass from omega to phi linearly on the triangles of the omega map. The inverse iterates on the forward
-/// map from the table's answer; the Jacobian is a central difference. About 1 ms a point at 10k vertices.
+/// Directions pass from omega to phi linearly on the triangles of the omega map. The inverse iterates on the
+/// forward map from the table's answer; the Jacobian is a central difference. About 1 ms a point at 10k
+/// vertices.
 class TracedBallMap final : public VolumeMap {
  public:
   explicit TracedBallMap(BallMap table);

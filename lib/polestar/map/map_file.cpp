@@ -144,11 +144,12 @@ RawFile readRaw(const std::filesystem::path& path) {
   std::memcpy(&format, &raw.bytes[sizeof kMagic], sizeof format);
   std::memcpy(&length, &raw.bytes[sizeof kMagic + sizeof format], sizeof length);
   if (format != kFormat) {
-    fail(path, "has .pmap format " + std::to_string(format) + ", this program reads " + std::to_string(kFormat) +
-                   "; make the map again with polestar map");
+    fail(path, "has .pmap format " + std::to_string(format) + ", this program reads " +
+                   std::to_string(kFormat) + "; make the map again with polestar map");
   }
   if (kPreamble + length > size) fail(path, "is truncated within its header; make the map again");
-  raw.header = json::parse(raw.bytes.begin() + kPreamble, raw.bytes.begin() + kPreamble + length, nullptr, false);
+  raw.header =
+      json::parse(raw.bytes.begin() + kPreamble, raw.bytes.begin() + kPreamble + length, nullptr, false);
   if (!raw.header.is_object() || !raw.header.contains("hash") || !raw.header["hash"].is_string()) {
     fail(path, "has a damaged header; make the map again");
   }
@@ -171,14 +172,16 @@ std::vector<T> takeArray(const RawFile& raw, const std::filesystem::path& path, 
                          std::size_t columns, std::size_t expectedRows) {
   for (const json& entry : raw.header.at("arrays")) {
     if (entry.at("name") != name) continue;
-    const auto rows = entry.at("shape").at(0).get<std::size_t>(), offset = entry.at("offset").get<std::size_t>();
+    const auto rows = entry.at("shape").at(0).get<std::size_t>(),
+               offset = entry.at("offset").get<std::size_t>();
     const std::size_t available = raw.bytes.size() - raw.dataBegin;
-    if (entry.at("shape").at(1) != columns || (expectedRows != 0 && rows != expectedRows) || offset > available ||
-        rows > (available - offset) / sizeof(T)) {
+    if (entry.at("shape").at(1) != columns || (expectedRows != 0 && rows != expectedRows) ||
+        offset > available || rows > (available - offset) / sizeof(T)) {
       fail(path, "array '" + name + "' has an impossible size");
     }
     std::vector<T> values(rows);
-    if (rows > 0) std::memcpy(static_cast<void*>(values.data()), &raw.bytes[raw.dataBegin + offset], rows * sizeof(T));
+    if (rows > 0)
+      std::memcpy(static_cast<void*>(values.data()), &raw.bytes[raw.dataBegin + offset], rows * sizeof(T));
     return values;
   }
   fail(path, "array '" + name + "' is missing");
@@ -217,7 +220,8 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   record.charge = g.at("charge");
   record.wrongSignArea = g.at("wrong_sign_area");
   const json& e = g.at("boundary_error");
-  record.boundaryError = {e.at("max"), e.at("rms"), e.at("points"), toVec3(e.at("worst_inner")), e.at("kind") == "bound"};
+  record.boundaryError = {e.at("max"), e.at("rms"), e.at("points"), toVec3(e.at("worst_inner")),
+                          e.at("kind") == "bound"};
   TriMesh layer;
   layer.vertices = takeArray<Vec3>(raw, path, "layer_vertices_inner", 3, 0);
   layer.triangles = takeArray<Triangle>(raw, path, "layer_triangles", 3, 0);
@@ -264,7 +268,8 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
 
 }  // namespace
 
-std::string writeMapFile(const std::filesystem::path& path, const BallMap& map, const MapProvenance& provenance) {
+std::string writeMapFile(const std::filesystem::path& path, const BallMap& map,
+                         const MapProvenance& provenance) {
   const GreenChart& chart = map.chart();
   const TriMesh& mesh = chart.green().shape().surface().mesh();
   ArrayList arrays;

@@ -1,10 +1,10 @@
 #pragma once
-// The .pmap file: a map that lasts. It holds everything forward() and inverse() need, in doubles; the grids of a .vdb
-// are a picture of it.
+// The .pmap file: a map that lasts. It holds everything forward() and inverse() need, in doubles; the grids
+// of a .vdb are a picture of it.
 //
-// Layout (little endian): "POLESTAR", uint32 format (1), uint32 length of the header, the header as JSON, zeros up to a
-// multiple of 64; then the arrays at the offsets that the header names. `hash` in the header is the 128-bit XXH3 of
-// the header without its hash and of all arrays.
+// Layout (little endian): "POLESTAR", uint32 format (1), uint32 length of the header, the header as JSON,
+// zeros up to a multiple of 64; then the arrays at the offsets that the header names. `hash` in the header is
+// the 128-bit XXH3 of the header without its hash and of all arrays.
 
 #include <cstdint>
 #include <filesystem>
@@ -22,7 +22,8 @@ struct MapProvenance {
 
 /// Writes atomically and returns the hash, 32 hexadecimal digits, which a .vdb made from the map carries.
 /// @throws Error{Errc::io}
-std::string writeMapFile(const std::filesystem::path& path, const BallMap& map, const MapProvenance& provenance = {});
+std::string writeMapFile(const std::filesystem::path& path, const BallMap& map,
+                         const MapProvenance& provenance = {});
 
 struct MapFile {
   BallMap map;

@@ -41,7 +41,8 @@ struct TracedBallMap::Data {
     const std::array<double, 2> levels{std::min(0.06, 0.7 * radius), std::min(0.03, 0.35 * radius)};
     const FieldLineTracer::Line line = tracer.trace({&x, 1}, levels).front();
     if (!line.ok) return kNowhere;
-    const Vec3 direction = limitDirection(line.nodes[0].position, levels[0], line.nodes[1].position, levels[1]);
+    const Vec3 direction =
+        limitDirection(line.nodes[0].position, levels[0], line.nodes[1].position, levels[1]);
     const auto cell = omega.locate(direction);
     if (!cell) return kNowhere;
     const Triangle& t = chart().foliation().triangles[cell->triangle];
@@ -102,7 +103,8 @@ void TracedBallMap::inverse(std::span<const Vec3> domain, std::span<Vec3> solid)
 
 void TracedBallMap::jacobian(std::span<const Vec3> solid, std::span<Mat3> derivative) const {
   detail::parallelChunks(solid.size(), 8, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) derivative[i] = data_->jacobian(data_->frame().toInner(solid[i]));
+    for (std::size_t i = begin; i < end; ++i)
+      derivative[i] = data_->jacobian(data_->frame().toInner(solid[i]));
   });
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// The interface on which everything downstream rests: transfer, morph, reaction, hexahedra, grids and pictures see
-// nothing of a parameterized solid but this.
+// The interface on which everything downstream rests: transfer, morph, reaction, hexahedra, grids and
+// pictures see nothing of a parameterized solid but this.
 
 #include <span>
 
@@ -8,8 +8,9 @@
 
 namespace polestar {
 
-/// A one-to-one map of a solid (mesh units) onto a domain such as the unit ball. Batched; every function may be called
-/// from many threads at once and runs in parallel inside for large batches. Output spans have the input's size.
+/// A one-to-one map of a solid (mesh units) onto a domain such as the unit ball. Batched; every function may
+/// be called from many threads at once and runs in parallel inside for large batches. Output spans have the
+/// input's size.
 class VolumeMap {
  public:
   virtual ~VolumeMap() = default;

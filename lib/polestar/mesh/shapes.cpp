@@ -12,11 +12,11 @@ namespace {
 TriMesh icosahedron() {
   const double g = std::numbers::phi;
   TriMesh mesh;
-  mesh.vertices = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0}, {0, -1, g}, {0, 1, g},
-                   {0, -1, -g}, {0, 1, -g}, {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
-  mesh.triangles = {{0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-                    {11, 10, 2}, {10, 7, 6}, {7, 1, 8}, {3, 9, 4}, {3, 4, 2}, {3, 2, 6}, {3, 6, 8},
-                    {3, 8, 9}, {4, 9, 5}, {2, 4, 11}, {6, 2, 10}, {8, 6, 7}, {9, 8, 1}};
+  mesh.vertices = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+                   {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
+  mesh.triangles = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+                    {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+                    {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
   for (Vec3& v : mesh.vertices) v.normalize();
   return mesh;
 }
@@ -60,7 +60,8 @@ TriMesh icosphere(int levels) {
 }
 
 TriMesh radialShape(int levels, const std::function<double(const Vec3&)>& radius) {
-  return transformed(icosphere(levels), [&](const Vec3& direction) { return Vec3(radius(direction) * direction); });
+  return transformed(icosphere(levels),
+                     [&](const Vec3& direction) { return Vec3(radius(direction) * direction); });
 }
 
 TriMesh cube(int divisions) {
@@ -74,12 +75,14 @@ TriMesh cube(int divisions) {
         key[(axis + 1) % 3] = i;
         key[(axis + 2) % 3] = j;
         return pool.at(key, [&] {
-          return Vec3(2.0 * key[0] / divisions - 1, 2.0 * key[1] / divisions - 1, 2.0 * key[2] / divisions - 1);
+          return Vec3(2.0 * key[0] / divisions - 1, 2.0 * key[1] / divisions - 1,
+                      2.0 * key[2] / divisions - 1);
         });
       };
       for (int i = 0; i < divisions; ++i) {
         for (int j = 0; j < divisions; ++j) {
-          const std::int32_t a = vertex(i, j), b = vertex(i + 1, j), c = vertex(i + 1, j + 1), d = vertex(i, j + 1);
+          const std::int32_t a = vertex(i, j), b = vertex(i + 1, j), c = vertex(i + 1, j + 1),
+                             d = vertex(i, j + 1);
           if (side == 1) {
             mesh.triangles.insert(mesh.triangles.end(), {{a, b, c}, {a, c, d}});
           } else {
@@ -98,14 +101,18 @@ TriMesh halfBall(int rings) {
   VertexPool<std::array<int, 3>> pool(mesh);
   auto vertex = [&](bool dome, int ring, int i) {
     const int count = std::max(1, 6 * ring);
-    return pool.at({ring == rings ? 0 : dome ? 1 : -1, ring, i % count}, [&] {
-      const double angle = 2 * std::numbers::pi * (i % count) / count;
-      const double share = static_cast<double>(ring) / rings;
-      const double polar = share * std::numbers::pi / 2;
-      const double r = dome || ring == rings ? std::sin(polar) : share;
-      const double z = dome && ring < rings ? std::cos(polar) : 0;
-      return Vec3(r * std::cos(angle), r * std::sin(angle), z);
-    });
+    return pool.at({ring == rings ? 0
+                    : dome        ? 1
+                                  : -1,
+                    ring, i % count},
+                   [&] {
+                     const double angle = 2 * std::numbers::pi * (i % count) / count;
+                     const double share = static_cast<double>(ring) / rings;
+                     const double polar = share * std::numbers::pi / 2;
+                     const double r = dome || ring == rings ? std::sin(polar) : share;
+                     const double z = dome && ring < rings ? std::cos(polar) : 0;
+                     return Vec3(r * std::cos(angle), r * std::sin(angle), z);
+                   });
   };
   for (const bool dome : {true, false}) {
     for (int ring = 0; ring < rings; ++ring) {

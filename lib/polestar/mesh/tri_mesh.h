@@ -1,6 +1,6 @@
 #pragma once
-// A triangle soup with shared vertices: what readers produce and what every stage walks over. No invariant is implied;
-// ClosedSurface (closed_surface.h) is the type that carries one.
+// A triangle soup with shared vertices: what readers produce and what every stage walks over. No invariant is
+// implied; ClosedSurface (closed_surface.h) is the type that carries one.
 
 #include <vector>
 
@@ -32,8 +32,9 @@ double surfaceArea(const TriMesh& mesh);
 /// A third of the area of the triangles around each vertex: the lumped mass of linear functions.
 std::vector<double> vertexAreas(const TriMesh& mesh);
 
-/// Volume and centroid of the enclosed solid, by signed tetrahedra about the box's center; negative volume for an
-/// inward-oriented mesh. The centroid is the solid's, not the mean of the vertices. [Xia 2010, sec. 4.1, step 1]
+/// Volume and centroid of the enclosed solid, by signed tetrahedra about the box's center; negative volume
+/// for an inward-oriented mesh. The centroid is the solid's, not the mean of the vertices. [Xia 2010,
+/// sec. 4.1, step 1]
 struct VolumeProperties {
   double volume;
   Vec3 centroid;

@@ -19,7 +19,8 @@ SphereLocator::SphereLocator(std::span<const Vec3> directions, std::vector<Trian
   std::vector<detail::Bounds> boxes;
   boxes.reserve(data_->triangles.size());
   for (const Triangle& t : data_->triangles) {
-    const Vec3 a = directions[t[0]].normalized(), b = directions[t[1]].normalized(), c = directions[t[2]].normalized();
+    const Vec3 a = directions[t[0]].normalized(), b = directions[t[1]].normalized(),
+               c = directions[t[2]].normalized();
     data_->usable.push_back(orientDirections(directions[t[0]], directions[t[1]], directions[t[2]]) > 0);
     detail::Bounds box;
     for (const Vec3& p : {a, b, c}) box.include(p);

@@ -1,6 +1,6 @@
 #pragma once
-// Which triangle of a triangulated sphere does a direction meet? Asked of the surface seen from its center (is a point
-// inside; where does a ray leave), of phi (inverse map) and of omega (exact forward map).
+// Which triangle of a triangulated sphere does a direction meet? Asked of the surface seen from its center
+// (is a point inside; where does a ray leave), of phi (inverse map) and of omega (exact forward map).
 
 #include <memory>
 #include <optional>

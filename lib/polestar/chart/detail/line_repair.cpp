@@ -15,12 +15,13 @@ class Repairer {
  public:
   explicit Repairer(Foliation& foliation) : foliation_(foliation), ring_(foliation.vertexCount) {
     for (const Triangle& t : foliation.triangles) {
-      for (int k = 0; k < 3; ++k) ring_[t[k]].push_back(t[(k + 1) % 3]);  // closed surface: every neighbour once
+      for (int k = 0; k < 3; ++k)
+        ring_[t[k]].push_back(t[(k + 1) % 3]);  // closed surface: every neighbour once
     }
   }
 
-  // Mean of the neighbours at every level, shifted as the vertex itself sits within its ring on the surface, a shift
-  // that fades with depth.
+  // Mean of the neighbours at every level, shifted as the vertex itself sits within its ring on the surface,
+  // a shift that fades with depth.
   void replaceLine(std::int32_t v, const std::vector<char>* without = nullptr) {
     const Foliation& f = foliation_;
     Vec3 surfaceMean;
@@ -44,7 +45,8 @@ class Repairer {
       // Only those with a traced neighbour this time; the front moves on.
       std::vector<std::int32_t> ready, later;
       for (const std::int32_t v : pending) {
-        const bool hasNeighbour = std::any_of(ring_[v].begin(), ring_[v].end(), [&](auto j) { return !missing[j]; });
+        const bool hasNeighbour =
+            std::any_of(ring_[v].begin(), ring_[v].end(), [&](auto j) { return !missing[j]; });
         (hasNeighbour ? ready : later).push_back(v);
       }
       if (ready.empty()) return;  // no line at all was traced
@@ -63,7 +65,8 @@ class Repairer {
         for (std::size_t layer = 0; layer <= layers; ++layer) {
           const int cells = layer < layers ? 3 : 1;
           for (int j = 0; j < cells; ++j) {
-            const std::size_t id = layer < layers ? 3 * (layer * triangles + t) + j : 3 * layers * triangles + t;
+            const std::size_t id =
+                layer < layers ? 3 * (layer * triangles + t) + j : 3 * layers * triangles + t;
             const auto c = foliation_.cell(id);
             bad[t] += orient3d(foliation_.nodes[c[0]], foliation_.nodes[c[1]], foliation_.nodes[c[2]],
                                foliation_.nodes[c[3]]) <= 0;
@@ -84,14 +87,16 @@ class Repairer {
     for (std::size_t t = 0; t < bad.size(); ++t) {
       if (bad[t] == 0) continue;
       const Triangle& c = foliation_.triangles[t];
-      result.insert(*std::max_element(c.begin(), c.end(), [&](auto a, auto b) { return around[a] < around[b]; }));
+      result.insert(
+          *std::max_element(c.begin(), c.end(), [&](auto a, auto b) { return around[a] < around[b]; }));
       if (wide) result.insert(c.begin(), c.end());
     }
     return result;
   }
 
  private:
-  bool ringMean(std::int32_t v, std::size_t level, const std::vector<char>* without, Vec3& mean, double& spread) const {
+  bool ringMean(std::int32_t v, std::size_t level, const std::vector<char>* without, Vec3& mean,
+                double& spread) const {
     mean.setZero();
     int count = 0;
     for (const std::int32_t j : ring_[v]) {
@@ -146,7 +151,8 @@ LineRepair repairLines(Foliation& foliation, std::span<const std::int32_t> faile
   const std::set<std::int32_t> lost(failed.begin(), failed.end());
   std::set<std::size_t> moved;
   for (const std::int32_t v : lost) {
-    for (std::size_t level = 1; level < foliation.levels.size(); ++level) moved.insert(foliation.nodeId(level, v));
+    for (std::size_t level = 1; level < foliation.levels.size(); ++level)
+      moved.insert(foliation.nodeId(level, v));
   }
   for (const std::int32_t v : kept) {
     result.lines += !lost.count(v);

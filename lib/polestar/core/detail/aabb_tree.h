@@ -1,6 +1,6 @@
 #pragma once
-// A static tree of boxes that answers "which boxes contain this point". Serves the near-field search of the layer
-// (spheres around triangles) and the location of points in the foliation's tetrahedra.
+// A static tree of boxes that answers "which boxes contain this point". Serves the near-field search of the
+// layer (spheres around triangles) and the location of points in the foliation's tetrahedra.
 
 #include <cstddef>
 #include <cstdint>
@@ -21,7 +21,9 @@ struct Bounds {
     min = min.cwiseMin(b.min);
     max = max.cwiseMax(b.max);
   }
-  bool contains(const Vec3& p) const { return (p.array() >= min.array()).all() && (p.array() <= max.array()).all(); }
+  bool contains(const Vec3& p) const {
+    return (p.array() >= min.array()).all() && (p.array() <= max.array()).all();
+  }
   /// Distance from p to the box, squared; 0 inside.
   double squaredDistance(const Vec3& p) const {
     return (min - p).cwiseMax(p - max).cwiseMax(0.0).squaredNorm();
@@ -34,8 +36,8 @@ class AabbTree {
   AabbTree() = default;
   explicit AabbTree(const std::vector<Bounds>& items);
 
-  /// Calls visit(item) for every item of a leaf whose box contains `p`, in a fixed order, until visit returns true.
-  /// The items' own boxes are not tested: the visitor does its exact test anyway.
+  /// Calls visit(item) for every item of a leaf whose box contains `p`, in a fixed order, until visit returns
+  /// true. The items' own boxes are not tested: the visitor does its exact test anyway.
   template <class Visit>
   bool visitContaining(const Vec3& p, Visit&& visit) const {
     return visitWithin(p, 0, visit);

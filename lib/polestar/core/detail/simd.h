@@ -1,6 +1,6 @@
 #pragma once
-// One binary for all x86-64 machines: the marked functions are compiled for several SIMD levels and the loader picks.
-// Sums may then differ in the last bits between machines, never between thread counts.
+// One binary for all x86-64 machines: the marked functions are compiled for several SIMD levels and the
+// loader picks. Sums may then differ in the last bits between machines, never between thread counts.
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(POLESTAR_SANITIZED)
 #define POLESTAR_SIMD_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))

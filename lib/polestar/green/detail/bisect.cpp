@@ -8,9 +8,9 @@ namespace {
 
 using Edge = std::pair<std::int32_t, std::int32_t>;
 
-// The edges of a triangle that count as its longest. Symmetric meshes are full of ties; neither rounding nor the order
-// of vertices in a file may decide them, else a turned or renumbered copy would get another refinement. So edges of
-// nearly the same length are cut together.
+// The edges of a triangle that count as its longest. Symmetric meshes are full of ties; neither rounding nor
+// the order of vertices in a file may decide them, else a turned or renumbered copy would get another
+// refinement. So edges of nearly the same length are cut together.
 std::array<bool, 3> longestEdges(const TriMesh& mesh, const Triangle& t) {
   constexpr double kTie = 1e-4;
   std::array<double, 3> length;
@@ -23,10 +23,10 @@ std::array<bool, 3> longestEdges(const TriMesh& mesh, const Triangle& t) {
 
 Edge edgeOf(const Triangle& t, int k) { return std::minmax({t[k], t[(k + 1) % 3]}); }
 
-// The pieces of one triangle. `longest` marks its longest edges, middle[k] is the vertex on edge k or -1; when any edge
-// is cut, the longest ones are.
-void cutTriangle(const Triangle& corner, const std::array<bool, 3>& longest, const std::array<std::int32_t, 3>& middle,
-                 std::vector<Triangle>& pieces) {
+// The pieces of one triangle. `longest` marks its longest edges, middle[k] is the vertex on edge k or -1;
+// when any edge is cut, the longest ones are.
+void cutTriangle(const Triangle& corner, const std::array<bool, 3>& longest,
+                 const std::array<std::int32_t, 3>& middle, std::vector<Triangle>& pieces) {
   const auto cuts = std::count_if(middle.begin(), middle.end(), [](std::int32_t m) { return m >= 0; });
   const auto ties = std::count(longest.begin(), longest.end(), true);
   if (cuts == 0) {

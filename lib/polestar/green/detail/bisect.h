@@ -7,16 +7,17 @@
 
 namespace polestar::detail {
 
-/// A refined mesh. Its first vertices are those of the coarse one; each new vertex is the midpoint of `parents`.
+/// A refined mesh. Its first vertices are those of the coarse one; each new vertex is the midpoint of
+/// `parents`.
 struct Refinement {
   TriMesh mesh;
   std::size_t coarseVertices = 0;
   std::vector<std::array<std::int32_t, 2>> parents;  ///< of vertex coarseVertices + i; may name new vertices
 };
 
-/// Cuts every marked triangle at its longest edge (all of them where they tie), and its neighbours as far as it takes to
-/// keep the mesh conforming. Angles stay bounded by those of the coarse mesh. The result does not depend on the order of
-/// vertices and triangles. [Rivara 1984]
+/// Cuts every marked triangle at its longest edge (all of them where they tie), and its neighbours as far as
+/// it takes to keep the mesh conforming. Angles stay bounded by those of the coarse mesh. The result does not
+/// depend on the order of vertices and triangles. [Rivara 1984]
 Refinement bisectLongestEdges(const TriMesh& mesh, const std::vector<char>& marked);
 
 }  // namespace polestar::detail

@@ -14,12 +14,14 @@ constexpr std::size_t kPointBlock = 32;
 
 std::uint64_t edgeKey(std::int32_t a, std::int32_t b) {
   const auto [low, high] = std::minmax(a, b);
-  return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(low)) << 32) | static_cast<std::uint32_t>(high);
+  return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(low)) << 32) |
+         static_cast<std::uint32_t>(high);
 }
 
 }  // namespace
 
-LayerQuadrature::LayerQuadrature(const TriMesh& mesh) : vertexCount_(mesh.vertices.size()), corners_(mesh.triangles) {
+LayerQuadrature::LayerQuadrature(const TriMesh& mesh)
+    : vertexCount_(mesh.vertices.size()), corners_(mesh.triangles) {
   const std::size_t count = corners_.size();
   triangles_.reserve(count);
   centroids_.resize(count);
@@ -97,7 +99,8 @@ void LayerQuadrature::nearRow(const Vec3& x, std::vector<Entry>& row) const {
     if (!nearWeight(t, x, weight)) return false;
     std::array<double, 3> hat = hatPotentials(triangles_[t], x);
     for (int k = 0; k < 3; ++k) {
-      const double charge = area(t) / 6 / std::sqrt((x - midpoints_[edgeOf_[t][k]]).squaredNorm() + squaredSoftening_);
+      const double charge =
+          area(t) / 6 / std::sqrt((x - midpoints_[edgeOf_[t][k]]).squaredNorm() + squaredSoftening_);
       hat[k] -= charge;
       hat[(k + 1) % 3] -= charge;
     }
@@ -105,7 +108,8 @@ void LayerQuadrature::nearRow(const Vec3& x, std::vector<Entry>& row) const {
     return false;
   });
   // Sum the triangles' shares of each vertex, in the tree's fixed order.
-  std::stable_sort(row.begin() + begin, row.end(), [](const Entry& a, const Entry& b) { return a.vertex < b.vertex; });
+  std::stable_sort(row.begin() + begin, row.end(),
+                   [](const Entry& a, const Entry& b) { return a.vertex < b.vertex; });
   std::size_t kept = begin;
   for (std::size_t i = begin; i < row.size(); ++i) {
     if (kept > begin && row[kept - 1].vertex == row[i].vertex) {
@@ -126,8 +130,9 @@ double LayerQuadrature::nearPotential(const Vec3& x, std::span<const double> den
     double exact = 0;
     for (int k = 0; k < 3; ++k) {
       const double sigma = density[corners_[t][k]], next = density[corners_[t][(k + 1) % 3]];
-      exact += sigma * hat[k] - area(t) / 6 * (sigma + next) /
-                                    std::sqrt((x - midpoints_[edgeOf_[t][k]]).squaredNorm() + squaredSoftening_);
+      exact +=
+          sigma * hat[k] - area(t) / 6 * (sigma + next) /
+                               std::sqrt((x - midpoints_[edgeOf_[t][k]]).squaredNorm() + squaredSoftening_);
     }
     sum += weight.value * exact;
     return false;
@@ -135,7 +140,8 @@ double LayerQuadrature::nearPotential(const Vec3& x, std::span<const double> den
   return sum;
 }
 
-void LayerQuadrature::addNear(const Vec3& x, std::span<const double> density, double& potential, Vec3& gradient) const {
+void LayerQuadrature::addNear(const Vec3& x, std::span<const double> density, double& potential,
+                              Vec3& gradient) const {
   nearTree_.visitContaining(x, [&](std::size_t t) {
     NearWeight weight;
     if (!nearWeight(t, x, weight)) return false;
@@ -156,7 +162,9 @@ void LayerQuadrature::addNear(const Vec3& x, std::span<const double> density, do
 }
 
 LayerField::LayerField(std::shared_ptr<const LayerQuadrature> quadrature, std::vector<double> density)
-    : quadrature_(std::move(quadrature)), density_(std::move(density)), charges_(quadrature_->emptyCharges()) {
+    : quadrature_(std::move(quadrature)),
+      density_(std::move(density)),
+      charges_(quadrature_->emptyCharges()) {
   quadrature_->chargesFor(density_, charges_);
 }
 
@@ -173,7 +181,8 @@ void LayerField::evaluate(std::span<const Vec3> points, std::span<double> h, std
   }
 }
 
-void LayerField::evaluatePotential(std::span<const Vec3> points, std::span<double> h, const Context& context) const {
+void LayerField::evaluatePotential(std::span<const Vec3> points, std::span<double> h,
+                                   const Context& context) const {
   parallelChunks(points.size(), kPointBlock, context, [&](std::size_t begin, std::size_t end) {
     sumPotential(charges_, points.subspan(begin, end - begin), h.subspan(begin, end - begin));
     for (std::size_t i = begin; i < end; ++i) h[i] += quadrature_->nearPotential(points[i], density_);

@@ -1,5 +1,6 @@
 #pragma once
-// The single layer h(x) = integral of sigma(y)/|x - y| over the surface, sigma continuous and linear on the triangles.
+// The single layer h(x) = integral of sigma(y)/|x - y| over the surface, sigma continuous and linear on the
+// triangles.
 
 #include <array>
 #include <cstdint>
@@ -14,16 +15,16 @@
 
 namespace polestar::detail {
 
-/// Geometry and quadrature of the layer, shared by the solver and the evaluation, so that what is solved is what is
-/// evaluated.
+/// Geometry and quadrature of the layer, shared by the solver and the evaluation, so that what is solved is
+/// what is evaluated.
 ///
-/// Far from a triangle its layer is three point charges at the edge midpoints (exact for quadratic integrands, and
-/// edges share them). Within kNear diameters the charges are exchanged for the closed form, blended smoothly so that
-/// the field stays differentiable for the tracer.
+/// Far from a triangle its layer is three point charges at the edge midpoints (exact for quadratic
+/// integrands, and edges share them). Within kNear diameters the charges are exchanged for the closed form,
+/// blended smoothly so that the field stays differentiable for the tracer.
 class LayerQuadrature {
  public:
-  static constexpr double kNear = 2.5;       ///< radius of the near field, in diameters of the triangle
-  static constexpr double kBlendFrom = 0.75; ///< share of that radius where the blend begins
+  static constexpr double kNear = 2.5;        ///< radius of the near field, in diameters of the triangle
+  static constexpr double kBlendFrom = 0.75;  ///< share of that radius where the blend begins
 
   explicit LayerQuadrature(const TriMesh& mesh);
 
@@ -36,8 +37,8 @@ class LayerQuadrature {
   void chargesFor(std::span<const double> density, PointCharges& charges) const;
   PointCharges emptyCharges() const;
 
-  /// Sparse row that turns the far field at `x` into the full potential: potential(x) = far(x) + sum row_j sigma_j.
-  /// Appends (vertex, coefficient), each vertex once, ascending.
+  /// Sparse row that turns the far field at `x` into the full potential: potential(x) = far(x) + sum row_j
+  /// sigma_j. Appends (vertex, coefficient), each vertex once, ascending.
   struct Entry {
     std::int32_t vertex;
     double coefficient;
@@ -62,12 +63,13 @@ class LayerQuadrature {
   std::vector<LayerTriangle> triangles_;
   std::vector<Vec3> centroids_;
   std::vector<double> nearRadius_;
-  std::vector<std::array<std::int32_t, 3>> edgeOf_;  ///< of triangle t: its edges, edge k from corner k to k + 1
+  std::vector<std::array<std::int32_t, 3>>
+      edgeOf_;  ///< of triangle t: its edges, edge k from corner k to k + 1
   std::vector<std::array<std::int32_t, 2>> edgeEnds_;
-  std::vector<double> edgeWeight_;                   ///< a third of the areas of the edge's two triangles
+  std::vector<double> edgeWeight_;  ///< a third of the areas of the edge's two triangles
   std::vector<Vec3> midpoints_;
   double squaredSoftening_;
-  AabbTree nearTree_;                                ///< over the spheres of the near fields
+  AabbTree nearTree_;  ///< over the spheres of the near fields
 };
 
 /// The field of a solved density.
@@ -90,9 +92,10 @@ struct LayerSolution {
   std::vector<double> residualHistory;  ///< relative, one an iteration
 };
 
-/// GMRES with local inverses, from `initial` (empty: from 0); see solveGreen. Deterministic for any number of threads.
+/// GMRES with local inverses, from `initial` (empty: from 0); see solveGreen. Deterministic for any number of
+/// threads.
 /// @throws Error{Errc::notConverged}
-LayerSolution solveLayer(const TriMesh& mesh, const LayerQuadrature& quadrature, const std::vector<double>& initial,
-                         const GreenOptions& options, Context& context);
+LayerSolution solveLayer(const TriMesh& mesh, const LayerQuadrature& quadrature,
+                         const std::vector<double>& initial, const GreenOptions& options, Context& context);
 
 }  // namespace polestar::detail

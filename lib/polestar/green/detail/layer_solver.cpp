@@ -20,9 +20,10 @@ struct SparseRows {
   std::vector<LayerQuadrature::Entry> entries;
 };
 
-// The discrete equation. Unknowns: density at the vertices. The potential is taken at vertices and centroids and
-// tested against the hat functions by the rule with weights 1/12 a corner and 3/4 at the centroid, which is exact for
-// quadratic integrands; the lumped areas scale it back to a potential per vertex, so that residuals mean rho |G|.
+// The discrete equation. Unknowns: density at the vertices. The potential is taken at vertices and centroids
+// and tested against the hat functions by the rule with weights 1/12 a corner and 3/4 at the centroid, which
+// is exact for quadratic integrands; the lumped areas scale it back to a potential per vertex, so that
+// residuals mean rho |G|.
 class LayerEquation {
  public:
   LayerEquation(const TriMesh& mesh, const LayerQuadrature& quadrature, const Context& context)
@@ -97,11 +98,12 @@ class LayerEquation {
   SparseRows near_;
 };
 
-// Row i approximates row i of the inverse by that of the kernel among the nearest vertices alone: the operator's high
-// frequencies are local, and they are what spoils the conditioning of a first-kind equation.
+// Row i approximates row i of the inverse by that of the kernel among the nearest vertices alone: the
+// operator's high frequencies are local, and they are what spoils the conditioning of a first-kind equation.
 class LocalInverse {
  public:
-  LocalInverse(const std::vector<Vec3>& vertices, const VectorXd& area, int neighbours, const Context& context) {
+  LocalInverse(const std::vector<Vec3>& vertices, const VectorXd& area, int neighbours,
+               const Context& context) {
     const std::size_t n = vertices.size(), k = std::min<std::size_t>(neighbours, n);
     index_.resize(n * k);
     weight_.resize(n * k);
@@ -123,7 +125,8 @@ class LocalInverse {
     parallelChunks(static_cast<std::size_t>(residual.size()), 512, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         double sum = 0;
-        for (std::size_t e = i * neighbours_; e < (i + 1) * neighbours_; ++e) sum += weight_[e] * residual[index_[e]];
+        for (std::size_t e = i * neighbours_; e < (i + 1) * neighbours_; ++e)
+          sum += weight_[e] * residual[index_[e]];
         result[i] = sum / area[i];
       }
     });
@@ -149,7 +152,8 @@ class LocalInverse {
 
   void invert(const std::vector<Vec3>& vertices, const VectorXd& area, std::size_t i,
               const std::vector<std::pair<double, std::int32_t>>& found, std::size_t k) {
-    // The mean of 1/r over a vertex' own area, as if it were a disk, sets the length that regularizes the diagonal.
+    // The mean of 1/r over a vertex' own area, as if it were a disk, sets the length that regularizes the
+    // diagonal.
     constexpr double kSelf = 0.34;
     Eigen::MatrixXd kernel(k, k);
     Eigen::Index self = 0;
@@ -186,8 +190,8 @@ std::string formatHistory(const std::vector<double>& history) {
 
 }  // namespace
 
-LayerSolution solveLayer(const TriMesh& mesh, const LayerQuadrature& quadrature, const std::vector<double>& initial,
-                         const GreenOptions& options, Context& context) {
+LayerSolution solveLayer(const TriMesh& mesh, const LayerQuadrature& quadrature,
+                         const std::vector<double>& initial, const GreenOptions& options, Context& context) {
   LayerEquation equation(mesh, quadrature, context);
   const LocalInverse inverse(mesh.vertices, equation.lumpedArea(), options.neighbours, context);
 
@@ -242,10 +246,11 @@ LayerSolution solveLayer(const TriMesh& mesh, const LayerQuadrature& quadrature,
   for (int j = 0; j < k; ++j) density += y[j] * directions[j];
   solution.density.assign(density.data(), density.data() + density.size());
   if (!(residual <= options.residual)) {
-    throw Error(Errc::notConverged,
-                "the Green's function did not converge: residual " + formatHistory(solution.residualHistory) +
-                    " after " + std::to_string(k) +
-                    " iterations; the mesh probably has needles or nearly touching sheets: remesh it more evenly");
+    throw Error(
+        Errc::notConverged,
+        "the Green's function did not converge: residual " + formatHistory(solution.residualHistory) +
+            " after " + std::to_string(k) +
+            " iterations; the mesh probably has needles or nearly touching sheets: remesh it more evenly");
   }
   return solution;
 }

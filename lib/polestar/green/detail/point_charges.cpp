@@ -5,8 +5,8 @@
 
 #include "polestar/core/detail/simd.h"
 
-// Compiled with -fopenmp-simd -fno-math-errno (see CMakeLists.txt of this folder): without them the square root keeps
-// the loops scalar.
+// Compiled with -fopenmp-simd -fno-math-errno (see CMakeLists.txt of this folder): without them the square
+// root keeps the loops scalar.
 
 namespace polestar::detail {
 namespace {
@@ -15,8 +15,8 @@ namespace {
 constexpr std::size_t kTile = 1024;
 
 POLESTAR_SIMD_CLONES
-double tilePotential(const double* x, const double* y, const double* z, const double* charge, std::size_t count,
-                     double px, double py, double pz, double squaredSoftening) {
+double tilePotential(const double* x, const double* y, const double* z, const double* charge,
+                     std::size_t count, double px, double py, double pz, double squaredSoftening) {
   double sum = 0;
 #pragma omp simd reduction(+ : sum)
   for (std::size_t j = 0; j < count; ++j) {
@@ -56,8 +56,8 @@ void sumPotential(const PointCharges& q, std::span<const Vec3> points, std::span
     const std::size_t count = std::min(kTile, q.size() - begin);
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Vec3& p = points[i];
-      potential[i] += tilePotential(&q.x[begin], &q.y[begin], &q.z[begin], &q.charge[begin], count, p[0], p[1], p[2],
-                                    q.squaredSoftening);
+      potential[i] += tilePotential(&q.x[begin], &q.y[begin], &q.z[begin], &q.charge[begin], count, p[0],
+                                    p[1], p[2], q.squaredSoftening);
     }
   }
 }
@@ -71,8 +71,8 @@ void sumPotentialAndGradient(const PointCharges& q, std::span<const Vec3> points
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Vec3& p = points[i];
       double result[4] = {potential[i], gradient[i][0], gradient[i][1], gradient[i][2]};
-      tilePotentialAndGradient(&q.x[begin], &q.y[begin], &q.z[begin], &q.charge[begin], count, p[0], p[1], p[2],
-                               q.squaredSoftening, result);
+      tilePotentialAndGradient(&q.x[begin], &q.y[begin], &q.z[begin], &q.charge[begin], count, p[0], p[1],
+                               p[2], q.squaredSoftening, result);
       potential[i] = result[0];
       gradient[i] = Vec3(result[1], result[2], result[3]);
     }

@@ -11,9 +11,9 @@ namespace polestar::detail {
 
 /// Positions and strengths as separate arrays, for SIMD loops.
 ///
-/// The kernel is 1/sqrt(|x - y|^2 + softening^2). The softening lies far below every length of the mesh; it keeps a
-/// charge that sits under the evaluation point finite, so that subtracting it again (the near field replaces it by the
-/// exact integral) is exact up to rounding.
+/// The kernel is 1/sqrt(|x - y|^2 + softening^2). The softening lies far below every length of the mesh; it
+/// keeps a charge that sits under the evaluation point finite, so that subtracting it again (the near field
+/// replaces it by the exact integral) is exact up to rounding.
 struct PointCharges {
   std::vector<double> x, y, z, charge;
   double squaredSoftening = 0;
@@ -25,7 +25,7 @@ struct PointCharges {
 void sumPotential(const PointCharges& charges, std::span<const Vec3> points, std::span<double> potential);
 
 /// The same with the gradient. About 1 ns a pair and core with AVX-512.
-void sumPotentialAndGradient(const PointCharges& charges, std::span<const Vec3> points, std::span<double> potential,
-                             std::span<Vec3> gradient);
+void sumPotentialAndGradient(const PointCharges& charges, std::span<const Vec3> points,
+                             std::span<double> potential, std::span<Vec3> gradient);
 
 }  // namespace polestar::detail

@@ -12,10 +12,10 @@ struct EdgeTerms {
   std::array<double, 3> distance;  // |corner - x|
   std::array<double, 3> start;     // of edge k, measured along it from the foot of x
   std::array<double, 3> end;
-  std::array<double, 3> offset;    // signed in-plane distance of edge k's line from the foot of x
-  std::array<double, 3> logTerm;   // integral of 1/|x - y| along edge k
-  double height;                   // of x over the plane, positive outside
-  double solidAngle;               // signed, positive when x is on the inner side
+  std::array<double, 3> offset;   // signed in-plane distance of edge k's line from the foot of x
+  std::array<double, 3> logTerm;  // integral of 1/|x - y| along edge k
+  double height;                  // of x over the plane, positive outside
+  double solidAngle;              // signed, positive when x is on the inner side
 };
 
 EdgeTerms edgeTerms(const LayerTriangle& t, const Vec3& x) {
@@ -116,7 +116,8 @@ PotentialAndGradient linearLayer(const LayerTriangle& t, const std::array<double
   for (int k = 0; k < 3; ++k) {
     const double slopeAlong = (sigma[(k + 1) % 3] - sigma[k]) / t.length[k];
     const double sigmaAtStart = sigma[k] - slopeAlong * e.start[k];
-    gradient -= (sigmaAtStart * e.logTerm[k] + slopeAlong * (e.distance[(k + 1) % 3] - e.distance[k])) * t.outward[k];
+    gradient -=
+        (sigmaAtStart * e.logTerm[k] + slopeAlong * (e.distance[(k + 1) % 3] - e.distance[k])) * t.outward[k];
     edgeSum += e.logTerm[k] * t.outward[k];
   }
   gradient += (sigmaAtFoot * e.solidAngle + e.height * slope.dot(edgeSum)) * t.normal;

@@ -13,7 +13,7 @@ struct LayerTriangle {
   std::array<Vec3, 3> edge;     ///< unit, from corner k to corner k + 1
   std::array<Vec3, 3> outward;  ///< unit, in the plane, away from the triangle, normal to edge k
   std::array<double, 3> length;
-  Vec3 normal;                  ///< unit, outward of the surface
+  Vec3 normal;  ///< unit, outward of the surface
   double twiceArea;
 
   LayerTriangle(const Vec3& a, const Vec3& b, const Vec3& c);
@@ -29,10 +29,12 @@ struct PotentialAndGradient {
   Vec3 gradient;
 };
 
-/// Integral of sigma(y)/|x - y| for the linear density with the given values at the corners, and its gradient in x.
+/// Integral of sigma(y)/|x - y| for the linear density with the given values at the corners, and its gradient
+/// in x.
 ///
-/// On the triangle itself the gradient is its limit from the inner side (against the normal); on an edge whose
-/// density is not 0 the true gradient is infinite, and a large finite one is returned.
-PotentialAndGradient linearLayer(const LayerTriangle& triangle, const std::array<double, 3>& sigma, const Vec3& x);
+/// On the triangle itself the gradient is its limit from the inner side (against the normal); on an edge
+/// whose density is not 0 the true gradient is infinite, and a large finite one is returned.
+PotentialAndGradient linearLayer(const LayerTriangle& triangle, const std::array<double, 3>& sigma,
+                                 const Vec3& x);
 
 }  // namespace polestar::detail

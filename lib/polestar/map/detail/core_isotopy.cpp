@@ -6,8 +6,8 @@
 
 namespace polestar::detail {
 
-CoreIsotopy::CoreIsotopy(std::span<const Vec3> omega, std::span<const Vec3> phi, std::span<const double> weight,
-                         double coreRadius)
+CoreIsotopy::CoreIsotopy(std::span<const Vec3> omega, std::span<const Vec3> phi,
+                         std::span<const double> weight, double coreRadius)
     : coreRadius_(coreRadius), rotation_(Mat3::Identity()) {
   if (coreRadius > 0) rotation_ = bestRotation(omega, phi, weight);
 }

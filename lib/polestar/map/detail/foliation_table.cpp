@@ -26,8 +26,8 @@ FoliationTable::FoliationTable(GreenChart chart, std::vector<Vec3> nodeDirection
 bool FoliationTable::weigh(const Vec3& x, std::size_t cell, Eigen::Vector4d& weights) const {
   const Foliation& f = chart_.foliation();
   const auto node = f.cell(cell);
-  const Vec3 p = x - f.nodes[node[0]], a = f.nodes[node[1]] - f.nodes[node[0]], b = f.nodes[node[2]] - f.nodes[node[0]],
-             c = f.nodes[node[3]] - f.nodes[node[0]];
+  const Vec3 p = x - f.nodes[node[0]], a = f.nodes[node[1]] - f.nodes[node[0]],
+             b = f.nodes[node[2]] - f.nodes[node[0]], c = f.nodes[node[3]] - f.nodes[node[0]];
   const Vec3 bc = b.cross(c);
   const double volume = a.dot(bc);
   if (!(volume > 0)) return false;  // an inverted or flat cell holds no point
@@ -38,7 +38,8 @@ bool FoliationTable::weigh(const Vec3& x, std::size_t cell, Eigen::Vector4d& wei
   return true;
 }
 
-std::optional<FoliationTable::Location> FoliationTable::locate(const Vec3& x, std::size_t hint, double slack) const {
+std::optional<FoliationTable::Location> FoliationTable::locate(const Vec3& x, std::size_t hint,
+                                                               double slack) const {
   Location trial;
   trial.cell = hint;
   if (hint < chart_.foliation().cellCount() && weigh(x, hint, trial.weights) && trial.inside()) return trial;
@@ -57,8 +58,8 @@ std::optional<FoliationTable::Location> FoliationTable::locate(const Vec3& x, st
   return best;
 }
 
-// h with gradients: the sum of weight (h + grad h . (x - node) / 2) is exact for quadratic h. `weightGradients`: rows
-// are the gradients of weights 1 to 3.
+// h with gradients: the sum of weight (h + grad h . (x - node) / 2) is exact for quadratic h.
+// `weightGradients`: rows are the gradients of weights 1 to 3.
 FoliationTable::Potential FoliationTable::potential(const Vec3& x, const Location& location,
                                                     const Mat3& weightGradients) const {
   const Foliation& f = chart_.foliation();
@@ -80,8 +81,8 @@ FoliationTable::Potential FoliationTable::potential(const Vec3& x, const Locatio
   const double r = x.norm();
   const Potential smooth{1 / r + h, gradientOfH - x / (r * r * r)};
 
-  // Next to the surface the error of h exceeds G itself; the linear interpolant of G is 0 there and nowhere else.
-  // Deep inside the two agree to a few percent, so the bounds join continuously where they end.
+  // Next to the surface the error of h exceeds G itself; the linear interpolant of G is 0 there and nowhere
+  // else. Deep inside the two agree to a few percent, so the bounds join continuously where they end.
   constexpr double kInnermostBound = 0.3;
   const std::size_t layer = f.layerOf(location.cell);
   if (layer + 1 >= f.levels.size() || f.levels[layer + 1] < kInnermostBound) return smooth;
@@ -93,7 +94,8 @@ FoliationTable::Potential FoliationTable::potential(const Vec3& x, const Locatio
   return smooth;
 }
 
-FoliationTable::Value FoliationTable::evaluate(const Vec3& x, const Location& location, bool withJacobian) const {
+FoliationTable::Value FoliationTable::evaluate(const Vec3& x, const Location& location,
+                                               bool withJacobian) const {
   const Foliation& f = chart_.foliation();
   const auto node = f.cell(location.cell);
   const double rho = chart_.green().harmonicRadius();
@@ -102,13 +104,14 @@ FoliationTable::Value FoliationTable::evaluate(const Vec3& x, const Location& lo
   const Mat3 weightGradients = edges.inverse();
   const Potential potential = this->potential(x, location, weightGradients);
 
-  // Ball positions R * direction are nearly linear in x, at the center too; directions alone are not. So the direction
-  // is that of the piecewise linear map from the foliation's cells to their images in the ball.
+  // Ball positions R * direction are nearly linear in x, at the center too; directions alone are not. So the
+  // direction is that of the piecewise linear map from the foliation's cells to their images in the ball.
   std::array<Vec3, 4> image;
   Vec3 ball = Vec3::Zero();
   for (int k = 0; k < 4; ++k) {
     const std::uint32_t id = node[k];
-    image[k] = id < nodeDirections_.size() ? Vec3(f.levels[id / f.vertexCount] * nodeDirections_[id]) : Vec3(Vec3::Zero());
+    image[k] = id < nodeDirections_.size() ? Vec3(f.levels[id / f.vertexCount] * nodeDirections_[id])
+                                           : Vec3(Vec3::Zero());
     ball += location.weights[k] * image[k];
   }
   const double length = ball.norm();
@@ -120,7 +123,8 @@ FoliationTable::Value FoliationTable::evaluate(const Vec3& x, const Location& lo
 
   Mat3 slope = Mat3::Zero();  // of the linear image
   for (int k = 0; k < 4; ++k) {
-    const Vec3 weightGradient = k > 0 ? Vec3(weightGradients.row(k - 1)) : Vec3(-weightGradients.colwise().sum());
+    const Vec3 weightGradient =
+        k > 0 ? Vec3(weightGradients.row(k - 1)) : Vec3(-weightGradients.colwise().sum());
     slope += image[k] * weightGradient.transpose();
   }
   const Vec3 gradientOfR = -rho * value.ballRadius * value.ballRadius * potential.gradient;

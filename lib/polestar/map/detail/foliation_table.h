@@ -20,15 +20,15 @@ class FoliationTable {
     Eigen::Vector4d weights = Eigen::Vector4d::Zero();  ///< barycentric, by corner of the cell
     bool inside() const { return weights.minCoeff() >= 0; }
   };
-  /// The cell that contains x, else the one that misses it least; nothing when x is outside all cells by more than
-  /// `slack` in barycentric weight. `hint` is tried first: neighbouring queries mostly share their cell.
+  /// The cell that contains x, else the one that misses it least; nothing when x is outside all cells by more
+  /// than `slack` in barycentric weight. `hint` is tried first: neighbouring queries mostly share their cell.
   std::optional<Location> locate(const Vec3& x, std::size_t hint, double slack = 1e-9) const;
 
   struct Value {
     double green;       ///< 1/|x| + interpolated h; 0 on the surface and positive inside
     double ballRadius;  ///< in [0, 1], 1 on the surface alone
-    Vec3 direction;    ///< unit
-    Mat3 jacobian;     ///< of ballRadius * direction; only when asked for
+    Vec3 direction;     ///< unit
+    Mat3 jacobian;      ///< of ballRadius * direction; only when asked for
   };
   Value evaluate(const Vec3& x, const Location& location, bool withJacobian) const;
 
