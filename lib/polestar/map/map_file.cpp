@@ -88,7 +88,6 @@ json describe(const BallMap& map, const MapProvenance& provenance) {
             {"iterations", green.summary.iterations},
             {"passes", green.summary.passes},
             {"residual", green.summary.residual},
-            {"seconds", green.summary.seconds},
             {"harmonic_radius_inner", green.harmonicRadius},
             {"charge", green.charge},
             {"wrong_sign_area", green.wrongSignArea},
@@ -105,8 +104,7 @@ json describe(const BallMap& map, const MapProvenance& provenance) {
             {"repaired", report.repaired},
             {"largest_move_inner", report.largestMove},
             {"evaluations", report.evaluations},
-            {"direction_flips", report.directionFlips},
-            {"seconds", report.seconds}}},
+            {"direction_flips", report.directionFlips}}},
           {"sphere",
            {{"kind", map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial"},
             {"flips", map.sphere().flips},
@@ -215,7 +213,6 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   record.summary.iterations = g.at("iterations");
   record.summary.passes = g.at("passes");
   record.summary.residual = g.at("residual");
-  record.summary.seconds = g.at("seconds");
   record.harmonicRadius = g.at("harmonic_radius_inner");
   record.charge = g.at("charge");
   record.wrongSignArea = g.at("wrong_sign_area");
@@ -249,7 +246,6 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   data->report.largestMove = c.at("largest_move_inner");
   data->report.evaluations = c.at("evaluations");
   data->report.directionFlips = c.at("direction_flips");
-  data->report.seconds = c.at("seconds");
   data->report.cells = countCells(f);
 
   const json& s = header.at("sphere");
