@@ -17,9 +17,10 @@ constexpr int kAttempts = 10;  // at deeper and deeper starts
 constexpr double kDeeper = 1.6, kShallower = 0.6;
 constexpr std::size_t kBatch = 256;  // lines between two looks at cancellation
 
-std::vector<double> chooseLevels(const ChartOptions& options, double boundaryError) {
-  // Thin layers at the surface, where R runs fastest through the cells, growing inward.
-  double step = options.firstStep > 0 ? options.firstStep : std::clamp(3 * boundaryError, 0.01, 0.08);
+std::vector<double> chooseLevels(const ChartOptions& options, const BoundaryError& error) {
+  // Thin layers at the surface, where R runs fastest through the cells, growing inward; but thicker than the
+  // error of G on most of the surface. (Its maximum sits at a few creases, where lines are repaired.)
+  double step = options.firstStep > 0 ? options.firstStep : std::clamp(20 * error.rms, 0.01, 0.08);
   std::vector<double> levels{1};
   while (levels.back() - step > 2 * options.innermost) {
     levels.push_back(levels.back() - step);
@@ -181,7 +182,7 @@ GreenChart traceChart(const GreenFunction& green, const ChartOptions& options, C
   Foliation& foliation = data->foliation;
   foliation.vertexCount = n;
   foliation.triangles = mesh.triangles;
-  foliation.levels = chooseLevels(options, green.boundaryError().max);
+  foliation.levels = chooseLevels(options, green.boundaryError());
   foliation.nodes.assign(foliation.centerNode() + 1, Vec3::Zero());
   data->h.assign(foliation.nodes.size(), 0.0);
   data->gradient.assign(foliation.nodes.size(), Vec3::Zero());

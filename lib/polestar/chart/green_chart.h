@@ -20,7 +20,7 @@ struct ChartOptions {
   double startDepth = 0.1;    ///< where a trace begins under its vertex, in units of the shortest edge there
   double innermost = 0.03;    ///< R of the last level, in (0, 0.25)
   double largestStep = 0.06;  ///< between levels of R
-  /// 1 - R of the first level; 0: three times the boundary error, within [0.01, 0.08].
+  /// 1 - R of the first level; 0: twenty times the boundary error's root mean square, within [0.01, 0.08].
   double firstStep = 0;
 
   void validate() const;  ///< @throws Error{Errc::usage}
