@@ -145,7 +145,7 @@ TEST_F(MappedBall, TheSameBytesForAnyNumberOfThreads) {
         runTool({"map", mesh_, "-o", "out.vdb", "--dim", "24"},
                 {.folder = scratch.path(), .environment = {{"SLURM_CPUS_PER_TASK", threads}}});
     ASSERT_EQ(run.exitCode, 0) << run.err;
-    files.push_back(readFile(scratch / "out.vdb"));
+    files.push_back(readFile(scratch / "out.vdb") + readFile(scratch / "out.pmap"));
   }
   EXPECT_TRUE(files[0] == files[1]);
 }
