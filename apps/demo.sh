@@ -54,7 +54,7 @@ step info -- "$grids"
 # The head looks best with a corner taken out above the nose; other models are cut in half.
 view=(--cut x)
 if [[ $mesh == "$root/volumes/head.ply" ]]; then
-  view=(--view=-0.55,0.8,-0.35 --cut 1,0,0,0 --cut 0,-0.15,1,0 --cut 0,-1,0,-0.4)
+  view=('--view=-0.55,0.8,-0.35' --cut '1,0,0,0' --cut '0,-0.15,1,0' --cut '0,-1,0,-0.4')
 fi
 step render -o "$picture" --overwrite --size 1600x1200 "${view[@]}" -- "$grids"
 
