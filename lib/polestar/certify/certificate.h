@@ -61,7 +61,7 @@ struct Certificate {
 };
 
 /// Puts the certificate together. `sampled` and `roundTrip` are measured on the grids as written; voxelSize
-/// in mesh units. [docs/method.md, "One-to-one in floating point"]
+/// in mesh units. [docs/method.md, "Certificate, first form"]
 Certificate certify(const BallMap& map, const CellQuality& sampled, const RoundTrip& roundTrip,
                     double voxelSize, Context& context = Context::quiet());
 

@@ -37,7 +37,7 @@ struct CellQuality {
 ///
 /// The determinant is a polynomial of degree 2 in each variable; 27 positive Bernstein coefficients prove a
 /// cell, a corner that is not positive disproves it, subdivision decides in between. In doubles from the
-/// stored floats; about 0.5 us a cell.
+/// stored floats.
 CellQuality judgeCells(const VoxelBlock& block);
 
 }  // namespace polestar

@@ -46,7 +46,7 @@ struct CellCounts {
   std::size_t bad() const { return inverted + flat; }
 };
 
-/// By orient3d on the stored coordinates. Parallel; about 30 ns a cell and core.
+/// By orient3d on the stored coordinates. Parallel, linear in the cells.
 CellCounts countCells(const Foliation& foliation);
 
 }  // namespace polestar

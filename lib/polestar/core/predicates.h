@@ -11,8 +11,8 @@ namespace polestar {
 /// points are coplanar.
 ///
 /// Exact for finite coordinates whose products neither overflow nor underflow (magnitudes within 1e-50 ..
-/// 1e50 or zero; the inner frame keeps them there). A floating-point filter decides nearly all calls (about
-/// 10 ns); the rest is computed with expansions [Shewchuk 1997].
+/// 1e50 or zero; the inner frame keeps them there). A floating-point filter decides nearly all calls; the
+/// rest is computed with expansions [Shewchuk 1997].
 int orient3d(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
 /// Sign of det[a, b, c]: +1 when the spherical triangle of the three directions is counter-clockwise seen

@@ -24,7 +24,7 @@ class SphereLocator {
     std::size_t triangle;
     Vec3 weights;  ///< barycentric: sum_i weights_i direction_i is parallel to the query; they sum to 1
   };
-  /// Nearest triangle within rounding; nothing where the triangles leave a gap. About 1 us. Thread-safe.
+  /// Nearest triangle within rounding; nothing where the triangles leave a gap. O(log n). Thread-safe.
   std::optional<Hit> locate(const Vec3& direction) const;
 
   /// sum_i weights_i direction_i of a hit.

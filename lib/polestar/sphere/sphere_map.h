@@ -51,9 +51,8 @@ struct ConformalOptions {
 /// vertices), the radial map is returned, `fallbackReason` says why, and the context gets a warning: a flip
 /// is never shipped.
 ///
-/// Mean dilatation 1 + O(edge length): about 1.01 to 1.04 at 5,000 vertices. Cost about O(n^1.3): 0.3 s for
-/// 25k vertices, 1.5 s for 100k (one sparse factorization and 8 to 20 solves). Same bytes for any number of
-/// threads.
+/// Mean dilatation 1 + O(edge length): about 1.01 to 1.04 at 5,000 vertices. Cost: one sparse
+/// factorization and 6 to 20 solves. Same bytes for any number of threads.
 /// @throws Error{Errc::cancelled}
 /// [Gu et al. 2004; Bobenko, Springborn 2007; Baden, Crane, Kazhdan 2018; Xia 2010, sec. 4.1, step 3]
 SphereMap conformalSphereMap(const StarShape& shape, const ConformalOptions& options = {},

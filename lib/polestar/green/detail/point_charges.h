@@ -24,7 +24,7 @@ struct PointCharges {
 /// potential[i] = sum over charges at points[i]. Serial; call it on small blocks from parallel loops.
 void sumPotential(const PointCharges& charges, std::span<const Vec3> points, std::span<double> potential);
 
-/// The same with the gradient. About 1 ns a pair and core with AVX-512.
+/// The same with the gradient.
 void sumPotentialAndGradient(const PointCharges& charges, std::span<const Vec3> points,
                              std::span<double> potential, std::span<Vec3> gradient);
 
