@@ -7,3 +7,14 @@
 #else
 #define POLESTAR_SIMD_CLONES
 #endif
+
+/// For what a marked function calls: outlined, it would be compiled for the oldest level alone.
+#define POLESTAR_SIMD_INLINE inline __attribute__((always_inline))
+
+namespace polestar::detail {
+
+/// Eight doubles that are computed with together; the compiler splits them into what the SIMD level has.
+using Lanes = double __attribute__((vector_size(64)));
+constexpr int kLanes = 8;
+
+}  // namespace polestar::detail
