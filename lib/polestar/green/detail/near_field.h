@@ -90,6 +90,14 @@ class NearField {
  private:
   friend class NearCandidates;
   static constexpr std::size_t kRecord = 18;
+  struct NearTriangle;
+  struct Block;
+
+  void pack(const TriMesh& mesh, std::size_t t);
+  void fill(const NearTriangle* near, std::size_t count, const Density* density, Block& block) const;
+  template <class Compute>
+  void forNearBlocks(const Vec3& x, const NearCandidates& candidates, const Density* density,
+                     Compute compute) const;
 
   std::vector<Sphere> spheres_;
   std::vector<std::array<double, kRecord>> records_;
