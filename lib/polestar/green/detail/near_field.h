@@ -63,7 +63,7 @@ class NearField {
   /// A density, linear on the triangles, in the form that the sums read.
   class Density {
     friend class NearField;
-    std::vector<std::array<double, 3>>
+    std::vector<std::array<double, 4>>
         affine_;  ///< a triangle: value at its first corner, slopes in its frame
   };
   Density density(std::span<const double> atVertices) const;
@@ -89,7 +89,7 @@ class NearField {
 
  private:
   friend class NearCandidates;
-  static constexpr std::size_t kRecord = 18;
+  static constexpr std::size_t kRecord = 20;
   struct NearTriangle;
   struct Block;
 
