@@ -58,7 +58,7 @@ enum Field : std::size_t {
 };
 
 // Near triangles of a point are laid out field by field, kBlock at most; whole lanes are computed.
-constexpr std::size_t kLanes = 8, kBlock = 64;
+constexpr std::size_t kLanes = 8, kBlock = 32;
 
 POLESTAR_INTO_CLONES double larger(double a, double b) { return a > b ? a : b; }
 POLESTAR_INTO_CLONES double absolute(double a) { return a < 0 ? -a : a; }
@@ -532,11 +532,13 @@ void NearField::appendRows(const Vec3& x, const NearCandidates& candidates, std:
     constexpr std::array<std::array<std::uint8_t, 3>, 3> kRotated{{{0, 1, 2}, {1, 2, 0}, {2, 0, 1}}};
     double coefficient[3 * kBlock];
     blockRows(block.field[0], block.paddedCount, x[0], x[1], x[2], squaredSoftening_, coefficient);
+    const std::size_t begin = rows.size();
+    rows.resize(begin + count);
     for (std::size_t i = 0; i < count; ++i) {
-      Row row{near[i].triangle, {}};
-      for (int k = 0; k < 3; ++k)
-        row.coefficient[(rotation_[row.triangle] + k) % 3] = coefficient[k * kBlock + i];
-      rows.push_back(row);
+      Row& row = rows[begin + i];
+      row.triangle = near[i].triangle;
+      const std::array<std::uint8_t, 3>& corner = kRotated[rotation_[row.triangle]];
+      for (int k = 0; k < 3; ++k) row.coefficient[corner[k]] = coefficient[k * kBlock + i];
     }
   });
 }
