@@ -41,7 +41,7 @@ const Factors kFactors;
 // Calls visit(i, R_i) for every coefficient of eight points at once; `zero`, the value of degree 0, scales
 // all.
 template <class Visit>
-POLESTAR_SIMD_INLINE void visitHarmonics(int order, const Lanes& x, const Lanes& y, const Lanes& z,
+POLESTAR_INTO_CLONES void visitHarmonics(int order, const Lanes& x, const Lanes& y, const Lanes& z,
                                          const Lanes& zero, Visit&& visit) {
   const Lanes squared = x * x + y * y + z * z;
   Lanes sectorCos = zero, sectorSin = zero - zero;
@@ -69,7 +69,7 @@ POLESTAR_SIMD_INLINE void visitHarmonics(int order, const Lanes& x, const Lanes&
   }
 }
 
-POLESTAR_SIMD_INLINE double total(const Lanes& v) {
+POLESTAR_INTO_CLONES double total(const Lanes& v) {
   return ((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]));
 }
 
@@ -77,7 +77,7 @@ POLESTAR_SIMD_INLINE double total(const Lanes& v) {
 struct LanePoints {
   Lanes x, y, z;
 };
-POLESTAR_SIMD_INLINE void loadPoints(const ExpansionFrame& frame, const PointView& points, std::size_t begin,
+POLESTAR_INTO_CLONES void loadPoints(const ExpansionFrame& frame, const PointView& points, std::size_t begin,
                                      LanePoints& p) {
   const double inverse = 1 / frame.scale;
   Lanes x{}, y{}, z{};
@@ -91,7 +91,7 @@ POLESTAR_SIMD_INLINE void loadPoints(const ExpansionFrame& frame, const PointVie
   p.y = (y - frame.center[1]) * inverse;
   p.z = (z - frame.center[2]) * inverse;
 }
-POLESTAR_SIMD_INLINE void loadCharges(const double* charge, std::size_t begin, std::size_t count, Lanes& q) {
+POLESTAR_INTO_CLONES void loadCharges(const double* charge, std::size_t begin, std::size_t count, Lanes& q) {
   for (int l = 0; l < kLanes; ++l) q[l] = begin + l < count ? charge[begin + l] : 0.0;
 }
 
@@ -99,7 +99,7 @@ POLESTAR_SIMD_INLINE void loadCharges(const double* charge, std::size_t begin, s
 struct Derivatives {
   alignas(64) std::array<double, kMaxSize> x, y, z;
 };
-POLESTAR_SIMD_INLINE void derive(int order, const double* local, Derivatives& d) {
+POLESTAR_INTO_CLONES void derive(int order, const double* local, Derivatives& d) {
   for (int n = 1; n <= order; ++n) {
     const double *cos = local + n * n, *sin = cos + n;  // sin[m] for m >= 1
     const std::size_t low = static_cast<std::size_t>((n - 1) * (n - 1));

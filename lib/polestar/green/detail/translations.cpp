@@ -20,7 +20,7 @@ constexpr int sinIndex(int n, int m) { return n * n + n + m; }
 
 // out[at(i)] = sum over j of matrix[i rowStride + j columnStride] in[at(j)], four rows at a time.
 template <class Index>
-POLESTAR_SIMD_INLINE void multiply(int size, const double* matrix, int rowStride, int columnStride,
+POLESTAR_INTO_CLONES void multiply(int size, const double* matrix, int rowStride, int columnStride,
                                    const Column* in, Column* out, Index&& at) {
   int i = 0;
   for (; i + 4 <= size; i += 4) {
@@ -57,7 +57,7 @@ POLESTAR_SIMD_INLINE void multiply(int size, const double* matrix, int rowStride
 }
 
 // Turns the azimuth by `sign` times the angle of the tables.
-POLESTAR_SIMD_INLINE void turn(int order, const double* cosine, const double* sine, double sign,
+POLESTAR_INTO_CLONES void turn(int order, const double* cosine, const double* sine, double sign,
                                Column* values) {
   for (int m = 1; m <= order; ++m) {
     const double c = cosine[m], s = sign * sine[m];
@@ -73,7 +73,7 @@ POLESTAR_SIMD_INLINE void turn(int order, const double* cosine, const double* si
 }
 
 template <bool kTransposed>
-POLESTAR_SIMD_INLINE void tilt(int order, const double* blocks, const std::size_t* blockStart,
+POLESTAR_INTO_CLONES void tilt(int order, const double* blocks, const std::size_t* blockStart,
                                const Column* in, Column* out) {
   out[0] = in[0];
   for (int n = 1; n <= order; ++n) {
@@ -86,7 +86,7 @@ POLESTAR_SIMD_INLINE void tilt(int order, const double* blocks, const std::size_
   }
 }
 
-POLESTAR_SIMD_INLINE void shift(int order, const double* matrix, const Column* in, Column* out) {
+POLESTAR_INTO_CLONES void shift(int order, const double* matrix, const Column* in, Column* out) {
   for (int m = 0; m <= order; ++m) {
     const int size = order + 1 - m;
     multiply(size, matrix, size, 1, in, out, [=](int i) { return cosIndex(m + i, m); });
