@@ -26,6 +26,11 @@ void addMapOptions(CLI::App& app, MapChoices& choices) {
   app.add_option("--solver", choices.solver, "For Green's function: layer (default)")
       ->check(CLI::IsMember({"layer"}).description(""))
       ->type_name("KIND");
+  app.add_option("--tolerance", choices.tolerance,
+                 "Error of rho G aimed at on the surface; the solver splits triangles until it holds")
+      ->check(CLI::PositiveNumber.description(""))
+      ->capture_default_str()
+      ->type_name("E");
   addCenterOption(app, choices.center);
 }
 
@@ -89,6 +94,7 @@ BallMap makeMap(const std::filesystem::path& mesh, const MapChoices& choices, Se
   const StarShape shape = verifyStarShape(solid.surface, StarOptions{.center = solid.star.center, .rays = 0});
   MapOptions options;
   options.boundary = choices.boundary;
+  options.green.tolerance = choices.tolerance;
   options.ball.core = choices.core;
   MapTimings timings;
   BallMap map = mapToBall(shape, options, session.context(), &timings);

@@ -15,10 +15,11 @@ struct MapChoices {
   SphereMapKind boundary = SphereMapKind::conformal;
   CoreMode core = CoreMode::smooth;
   std::string solver = "layer";
+  double tolerance = 1e-3;  ///< of rho |G| on the surface
   std::optional<Vec3> center;
 };
 
-/// Adds --boundary, --core, --solver and --center.
+/// Adds --boundary, --core, --solver, --tolerance and --center.
 void addMapOptions(CLI::App& app, MapChoices& choices);
 
 /// A .pmap, or the .vdb that lies beside one.

@@ -41,8 +41,10 @@ struct GreenOptions {
   /// rho |G| aimed at on the surface: the layer's triangles are split, and the equation solved again, until
   /// all samples are below it or a limit is reached. Creases and corners need it.
   double tolerance = 1e-3;
-  int maxPasses = 6;  ///< solves
-  double growth = 2;  ///< the layer may have this many times the vertices of the surface (and 1000 more)
+  int maxPasses = 8;  ///< solves
+  /// The budget: the layer may have `growth` times the vertices of the surface, and `spareVertices` more.
+  double growth = 2;
+  int spareVertices = 30000;
   /// Relative, at which GMRES stops, and to which sums are exact. Narrow parts, where the density is small,
   /// tighten it by themselves, down to 1e-11.
   double residual = 1e-6;

@@ -22,12 +22,14 @@ class LayerRun {
   LayerRun(const StarShape& shape, const GreenOptions& options, Context& context)
       : shape_(shape), options_(options), context_(context), mesh_(shape.mesh()) {
     record_.summary.solver = "layer";
-    record_.accuracy = options.residual;
+    // Until the splits are done a residual well below the tolerance is enough.
+    record_.accuracy = std::max(options.residual, 0.01 * options.tolerance);
   }
 
   SolvedLayer run() {
     const auto start = std::chrono::steady_clock::now();
-    const double largest = options_.growth * static_cast<double>(mesh_.vertices.size()) + 1000;
+    const double largest =
+        options_.growth * static_cast<double>(mesh_.vertices.size()) + options_.spareVertices;
     for (;;) {
       solve();
       if (record_.boundaryError.max <= options_.tolerance) {
@@ -43,11 +45,10 @@ class LayerRun {
         break;
       }
     }
-    resolveNarrowParts();
+    finish();
     const std::vector<double> area = vertexAreas(mesh_);
     for (std::size_t i = 0; i < area.size(); ++i) record_.charge += area[i] * density_[i];
-    record_.summary.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    record_.summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return {std::move(mesh_), std::move(density_), std::move(record_)};
   }
 
@@ -67,11 +68,13 @@ class LayerRun {
     record_.summary.residualHistory = solution.residualHistory;
     record_.summary.residual = solution.residual;
     if (!(solution.residual <= record_.accuracy)) {
-      const Vec3 place = shape_.frame().toWorld(mesh_.vertices[static_cast<std::size_t>(solution.worstVertex)]);
-      throw Error(Errc::notConverged,
-                  "the Green's function did not converge: residual " +
-                      formatHistory(solution.residualHistory) + ", largest near " + formatPoint(place) +
-                      "; the mesh probably has needles or nearly touching sheets there: remesh it more evenly");
+      const Vec3 place =
+          shape_.frame().toWorld(mesh_.vertices[static_cast<std::size_t>(solution.worstVertex)]);
+      throw Error(
+          Errc::notConverged,
+          "the Green's function did not converge: residual " + formatHistory(solution.residualHistory) +
+              ", largest near " + formatPoint(place) +
+              "; the mesh probably has needles or nearly touching sheets there: remesh it more evenly");
     }
     density_ = solution.density;
   }
@@ -81,8 +84,7 @@ class LayerRun {
     const NearField::Density density = quadrature_->near().density(density_);
     const std::vector<double> charge = quadrature_->chargesFor(density_);
     auto potential = [&](std::span<const Vec3> points, std::span<double> h) {
-      makeSums(quadrature_->places(), points, 0.01 * options_.tolerance)
-          ->potential(charge, h, context_);
+      makeSums(quadrature_->places(), points, 0.01 * options_.tolerance)->potential(charge, h, context_);
       quadrature_->addNearPotential(points, density, h, context_);
     };
     const Vec3 center = Vec3::Zero();
@@ -124,17 +126,18 @@ class LayerRun {
     return true;
   }
 
-  // Along a narrow part the density falls exponentially, and with it what the potential must be exact to.
-  void resolveNarrowParts() {
+  // To the residual that was asked for, or the smaller one that narrow parts need: along them the density
+  // falls exponentially, and with it what the potential must be exact to.
+  void finish() {
     constexpr double kFinest = 1e-11;
     constexpr int kAttempts = 3;
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
-      const double needed = std::max(kFinest, 0.1 * kNoise * smallestFlux());
+      const double needed = std::min(options_.residual, std::max(kFinest, 0.1 * kNoise * smallestFlux()));
       if (needed >= record_.accuracy) break;
       record_.accuracy = needed;
       iterate();
-      measure();
     }
+    measure();
     record_.unresolvedArea = unresolvedArea();
   }
 
