@@ -8,8 +8,8 @@
 #define POLESTAR_SIMD_CLONES
 #endif
 
-// For what marked functions call: a call that is not inlined would leave the clone for the default instructions,
-// and std:: functions are not inlined across instruction sets.
+// For what marked functions call: a call that is not inlined would leave the clone for the default
+// instructions, and std:: functions are not inlined across instruction sets.
 #if defined(__GNUC__)
 #define POLESTAR_INTO_CLONES inline __attribute__((always_inline))
 #else
