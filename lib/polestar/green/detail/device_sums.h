@@ -16,8 +16,8 @@ namespace polestar::detail {
 
 /// For tests, which break things on purpose; everybody else takes the default.
 struct PairDeviceSettings {
-  std::function<OpenClApi()> load;  ///< empty: loadOpenCl()
-  std::string kernel;               ///< empty: kPairSumsKernel
+  std::function<OpenClApi()> load{};  ///< empty: loadOpenCl()
+  std::string kernel{};               ///< empty: kPairSumsKernel
   bool allowDouble = true;
 };
 
