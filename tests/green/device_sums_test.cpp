@@ -7,8 +7,8 @@
 #include <atomic>
 #include <chrono>
 #include <random>
+#include <thread>
 
-#include "polestar/core/detail/parallel.h"
 #include "polestar/core/error.h"
 #include "polestar/green/detail/pair_sums_kernel.h"
 #include "support/opencl.h"
@@ -203,9 +203,12 @@ TEST_F(DeviceSumsTest, ThreadsTakeTurnsAndGetTheSameBytes) {
   const std::vector<Vec3> points = pointsAround(charges, 900);
   const Sums expected = sumsOn(*device, charges, points);
   std::vector<Sums> results(8, Sums(points.size()));
-  parallelChunks(results.size(), 1, [&](std::size_t k, std::size_t) {
-    EXPECT_TRUE(device->sum(charges, points, results[k].potential, results[k].gradient, context_));
-  });
+  std::vector<std::thread> threads;
+  for (Sums& sums : results) {
+    threads.emplace_back(
+        [&] { EXPECT_TRUE(device->sum(charges, points, sums.potential, sums.gradient, context_)); });
+  }
+  for (std::thread& thread : threads) thread.join();
   for (const Sums& sums : results) {
     EXPECT_EQ(sums.potential, expected.potential);
     EXPECT_EQ(sums.gradient, expected.gradient);
