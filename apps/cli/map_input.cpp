@@ -26,6 +26,7 @@ void addMapOptions(CLI::App& app, MapChoices& choices) {
   app.add_option("--solver", choices.solver, "For Green's function: layer (default)")
       ->check(CLI::IsMember({"layer"}).description(""))
       ->type_name("KIND");
+  addDeviceOption(app, choices.device);
   addCenterOption(app, choices.center);
 }
 
@@ -57,6 +58,7 @@ void describeMap(const BallMap& map, Session& session) {
   json["charge"] = record.charge;
   json["green"] = {{"iterations", record.summary.iterations},
                    {"passes", record.summary.passes},
+                   {"device", record.summary.device},
                    {"layer_vertices", green.layerMesh().vertices.size()},
                    {"wrong_sign_area", record.wrongSignArea}};
   json["sphere"] = {{"kind", map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial"},
@@ -86,6 +88,7 @@ BallMap makeMap(const std::filesystem::path& mesh, const MapChoices& choices, Se
   MapOptions options;
   options.boundary = choices.boundary;
   options.ball.core = choices.core;
+  options.green.device = choices.device;
   MapTimings timings;
   BallMap map = mapToBall(shape, options, session.context(), &timings);
   session.noteSeconds("green", timings.green);

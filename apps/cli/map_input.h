@@ -16,9 +16,10 @@ struct MapChoices {
   CoreMode core = CoreMode::smooth;
   std::string solver = "layer";
   std::optional<Vec3> center;
+  DeviceChoice device;
 };
 
-/// Adds --boundary, --core, --solver and --center.
+/// Adds --boundary, --core, --solver, --device and --center.
 void addMapOptions(CLI::App& app, MapChoices& choices);
 
 /// A .pmap, or the .vdb that lies beside one.

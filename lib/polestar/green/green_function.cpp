@@ -8,6 +8,7 @@
 
 #include "polestar/core/error.h"
 #include "polestar/green/detail/bisect.h"
+#include "polestar/green/detail/device_sums.h"
 #include "polestar/green/detail/layer_field.h"
 
 namespace polestar {
@@ -125,11 +126,12 @@ GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options, Co
   const double largest = options.growth * static_cast<double>(shape.mesh().vertices.size()) + 1000;
   GreenRecord record;
   record.summary.solver = "layer";
+  const std::shared_ptr<detail::PairDevice> device = detail::PairDevice::open(options.device, context);
   TriMesh mesh = shape.mesh();
   std::vector<double> density;
   for (;;) {
     auto quadrature = std::make_shared<const detail::LayerQuadrature>(mesh);
-    detail::LayerSolution solution = detail::solveLayer(mesh, *quadrature, density, options, context);
+    detail::LayerSolution solution = detail::solveLayer(mesh, *quadrature, density, options, device, context);
     density = std::move(solution.density);
     record.summary.iterations += static_cast<int>(solution.residualHistory.size());
     record.summary.residualHistory = std::move(solution.residualHistory);
@@ -165,6 +167,7 @@ GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options, Co
   record.wrongSignArea /= total;
   record.summary.residual =
       record.summary.residualHistory.empty() ? 0 : record.summary.residualHistory.back();
+  record.summary.device = device && device->works() ? device->name() : "cpu";
   record.summary.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - startTime).count();
   return restoreGreen(shape, std::move(mesh), std::move(density), std::move(record));

@@ -71,6 +71,11 @@ std::shared_ptr<PairDevice> PairDevice::open(const DeviceChoice& choice, const C
   }
 }
 
+bool PairDevice::works() const {
+  const std::lock_guard<std::mutex> turn(turn_);
+  return !failed_;
+}
+
 bool PairDevice::sum(const PointCharges& charges, std::span<const Vec3> points, std::span<double> potential,
                      std::span<Vec3> gradient, const Context& context) {
   const std::lock_guard<std::mutex> turn(turn_);

@@ -36,6 +36,8 @@ class PairDevice {
 
   const std::string& name() const { return name_; }
   bool doublePrecision() const { return kernels_.doublePrecision(); }
+  /// False once a sum failed.
+  bool works() const;
 
   /// As sumPotential (`gradient` empty) and sumPotentialAndGradient. False when the device fails, now or
   /// before, which is logged once: then the sums are not there and the CPU has to do it. Looks at `context`
@@ -48,7 +50,7 @@ class PairDevice {
   PairDevice(std::string name, PairKernels kernels) : name_(std::move(name)), kernels_(std::move(kernels)) {}
 
   std::string name_;
-  std::mutex turn_;
+  mutable std::mutex turn_;
   PairKernels kernels_;
   bool failed_ = false;
 };

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -72,6 +73,8 @@ class LayerQuadrature {
   AabbTree nearTree_;  ///< over the spheres of the near fields
 };
 
+class PairDevice;
+
 /// The field of a solved density.
 class LayerField final : public HarmonicField {
  public:
@@ -92,10 +95,11 @@ struct LayerSolution {
   std::vector<double> residualHistory;  ///< relative, one an iteration
 };
 
-/// GMRES with local inverses, from `initial` (empty: from 0); see solveGreen. Deterministic for any number of
-/// threads.
+/// GMRES with local inverses, from `initial` (empty: from 0), the far field summed on `device` (null: the
+/// CPU); see solveGreen. Deterministic for any number of threads.
 /// @throws Error{Errc::notConverged}
 LayerSolution solveLayer(const TriMesh& mesh, const LayerQuadrature& quadrature,
-                         const std::vector<double>& initial, const GreenOptions& options, Context& context);
+                         const std::vector<double>& initial, const GreenOptions& options,
+                         const std::shared_ptr<PairDevice>& device, Context& context);
 
 }  // namespace polestar::detail

@@ -6,6 +6,7 @@
 
 #include "polestar/core/detail/parallel.h"
 #include "polestar/core/error.h"
+#include "polestar/green/detail/device_sums.h"
 #include "polestar/green/detail/layer_field.h"
 
 namespace polestar::detail {
@@ -26,7 +27,8 @@ struct SparseRows {
 // residuals mean rho |G|.
 class LayerEquation {
  public:
-  LayerEquation(const TriMesh& mesh, const LayerQuadrature& quadrature, const Context& context)
+  LayerEquation(const TriMesh& mesh, const LayerQuadrature& quadrature,
+                const std::shared_ptr<PairDevice>& device, const Context& context)
       : quadrature_(quadrature), targets_(mesh.vertices), charges_(quadrature.emptyCharges()) {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       targets_.push_back((mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3);
@@ -35,6 +37,7 @@ class LayerEquation {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       for (int k = 0; k < 3; ++k) lumpedArea_[mesh.triangles[t][k]] += quadrature.area(t) / 3;
     }
+    far_ = makePotentialSums(device, charges_, targets_);
     assembleNearField(context);
   }
 
@@ -43,9 +46,8 @@ class LayerEquation {
   VectorXd apply(const VectorXd& density, const Context& context) {
     quadrature_.chargesFor({density.data(), static_cast<std::size_t>(density.size())}, charges_);
     VectorXd potential(targets_.size());
+    far_->potential(charges_.charge, {potential.data(), targets_.size()}, context);
     parallelChunks(targets_.size(), kBlock, context, [&](std::size_t begin, std::size_t end) {
-      sumPotential(charges_, std::span(targets_).subspan(begin, end - begin),
-                   std::span(potential.data(), targets_.size()).subspan(begin, end - begin));
       for (std::size_t i = begin; i < end; ++i) {
         for (std::size_t e = near_.start[i]; e < near_.start[i + 1]; ++e) {
           potential[i] += near_.entries[e].coefficient * density[near_.entries[e].vertex];
@@ -94,6 +96,7 @@ class LayerEquation {
   const LayerQuadrature& quadrature_;
   std::vector<Vec3> targets_;  // vertices, then centroids
   PointCharges charges_;
+  std::unique_ptr<PotentialSums> far_;
   VectorXd lumpedArea_;
   SparseRows near_;
 };
@@ -191,8 +194,9 @@ std::string formatHistory(const std::vector<double>& history) {
 }  // namespace
 
 LayerSolution solveLayer(const TriMesh& mesh, const LayerQuadrature& quadrature,
-                         const std::vector<double>& initial, const GreenOptions& options, Context& context) {
-  LayerEquation equation(mesh, quadrature, context);
+                         const std::vector<double>& initial, const GreenOptions& options,
+                         const std::shared_ptr<PairDevice>& device, Context& context) {
+  LayerEquation equation(mesh, quadrature, device, context);
   const LocalInverse inverse(mesh.vertices, equation.lumpedArea(), options.neighbours, context);
 
   // Right-preconditioned GMRES without restarts, Givens rotations on the fly. [Saad & Schultz 1986]
