@@ -60,7 +60,11 @@ void describeMap(const BallMap& map, Session& session) {
                    {"passes", record.summary.passes},
                    {"device", record.summary.device},
                    {"layer_vertices", green.layerMesh().vertices.size()},
-                   {"wrong_sign_area", record.wrongSignArea}};
+                   {"residual", record.summary.residual},
+                   {"accuracy", record.accuracy},
+                   {"stop", record.summary.stop},
+                   {"seconds", record.summary.seconds},
+                   {"unresolved_area", record.unresolvedArea}};
   json["sphere"] = {{"kind", map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial"},
                     {"flips", map.sphere().flips},
                     {"omega_flips", lines.directionFlips},

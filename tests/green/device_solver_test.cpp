@@ -19,15 +19,18 @@ class DeviceSolver : public ::testing::Test {
  protected:
   void SetUp() override { POLESTAR_REQUIRE_OPENCL(); }
 
-  /// h inside, from a solve on `device`.
+  /// h inside, from a solve on `device`; always evaluated on the CPU.
   std::vector<double> potentials(const std::shared_ptr<detail::PairDevice>& device) const {
-    const auto quadrature = std::make_shared<const detail::LayerQuadrature>(shape_.mesh());
-    const detail::LayerSolution solution =
-        detail::solveLayer(shape_.mesh(), *quadrature, {}, {}, device, Context::quiet());
+    Context& context = Context::quiet();
+    const auto quadrature = std::make_shared<const detail::LayerQuadrature>(shape_.mesh(), context);
+    const detail::LayerEquation equation(shape_.mesh(), quadrature, 30, context);
+    const detail::LayerSolution solution = equation.solve({}, {.device = device}, context);
+    EXPECT_LE(solution.residual, 1e-6);
     std::vector<Vec3> points = pointsInside(shape_, 300);
     for (Vec3& x : points) x = shape_.frame().toInner(x);
     std::vector<double> h(points.size());
-    detail::LayerField(quadrature, solution.density).evaluatePotential(points, h, Context::quiet());
+    std::vector<Vec3> gradient(points.size());
+    detail::LayerField(quadrature, solution.density, 1e-9, context).evaluate(points, h, gradient);
     return h;
   }
 

@@ -60,9 +60,9 @@ std::shared_ptr<PairDevice> PairDevice::open(const DeviceChoice& choice, const C
     PairKernels kernels(api, device, settings.kernel.empty() ? kPairSumsKernel : settings.kernel,
                         device.info.doublePrecision && settings.allowDouble);
     verify(kernels, context);
-    context.log(LogLevel::info, "sums run on the OpenCL device " + name + " (" + device.info.platform +
-                                    ") in " + (kernels.doublePrecision() ? "double" : "single") +
-                                    " precision");
+    context.log(LogLevel::info, "sums over all pairs run on the OpenCL device " + name + " (" +
+                                    device.info.platform + ") in " +
+                                    (kernels.doublePrecision() ? "double" : "single") + " precision");
     return std::shared_ptr<PairDevice>(new PairDevice(name, std::move(kernels)));
   } catch (const OpenClError& error) {
     context.log(LogLevel::info,
@@ -108,17 +108,6 @@ void DeviceChargeField::evaluate(std::span<const Vec3> points, std::span<double>
   const bool pays = points.size() >= kLeastPoints && points.size() * cpu_.charges().size() >= kLeastPairs;
   if (!pays || !device_->sum(cpu_.charges(), points, potential, gradient, context))
     cpu_.evaluate(points, potential, gradient, context);
-}
-
-std::unique_ptr<PotentialSums> makePotentialSums(std::shared_ptr<PairDevice> device, PointCharges places,
-                                                 std::vector<Vec3> targets) {
-  if (device) return std::make_unique<DeviceSums>(std::move(device), std::move(places), std::move(targets));
-  return std::make_unique<DirectSums>(std::move(places), std::move(targets));
-}
-
-std::unique_ptr<ChargeField> makeChargeField(std::shared_ptr<PairDevice> device, PointCharges charges) {
-  if (device) return std::make_unique<DeviceChargeField>(std::move(device), std::move(charges));
-  return std::make_unique<DirectChargeField>(std::move(charges));
 }
 
 }  // namespace polestar::detail

@@ -36,6 +36,8 @@ class PairDevice {
 
   const std::string& name() const { return name_; }
   bool doublePrecision() const { return kernels_.doublePrecision(); }
+  /// Of a sum, relative to that of its terms' magnitudes.
+  double accuracy() const { return doublePrecision() ? 1e-14 : 1e-6; }
   /// False once a sum failed.
   bool works() const;
 
@@ -82,10 +84,5 @@ class DeviceChargeField final : public ChargeField {
   std::shared_ptr<PairDevice> device_;
   DirectChargeField cpu_;
 };
-
-/// On `device`, or on the CPU when it is null.
-std::unique_ptr<PotentialSums> makePotentialSums(std::shared_ptr<PairDevice> device, PointCharges places,
-                                                 std::vector<Vec3> targets);
-std::unique_ptr<ChargeField> makeChargeField(std::shared_ptr<PairDevice> device, PointCharges charges);
 
 }  // namespace polestar::detail

@@ -1,0 +1,58 @@
+#pragma once
+// The fast multipole method for point charges: sums over all pairs in time that grows with charges plus
+// targets. [Greengard & Rokhlin 1987; adaptive lists: Carrier, Greengard & Rokhlin 1988]
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "polestar/green/detail/octree.h"
+#include "polestar/green/detail/potential_sums.h"
+#include "polestar/green/detail/translations.h"
+
+namespace polestar::detail {
+
+/// Potentials of charges at fixed places, at fixed targets.
+///
+/// Truncation error relative to the potential of the charges' magnitudes, largest seen over places on smooth
+/// surfaces: about 10^(-order/2); rounding near 1e-15. Memory: the lists, and (order + 1)^2 doubles a box.
+class MultipoleSums final : public PotentialSums {
+ public:
+  /// Of `places`, positions and softening count; the softening is felt by near pairs alone, where it matters.
+  MultipoleSums(const PointCharges& places, std::span<const Vec3> targets, int order);
+  void potential(std::span<const double> charge, std::span<double> potential,
+                 const Context& context) const override;
+  /// The same places and targets with another order; shares the lists.
+  MultipoleSums withOrder(int order) const;
+
+ private:
+  struct Trees {
+    SourceTree sources;
+    TargetTree targets;
+    double squaredSoftening;
+  };
+  MultipoleSums(std::shared_ptr<const Trees> trees, int order);
+
+  std::shared_ptr<const Trees> trees_;
+  std::shared_ptr<const Translations> translations_;
+};
+
+/// Potential and gradient of fixed charges anywhere within a cube around them: local expansions are formed
+/// once, each point then costs one evaluation of an expansion and some hundred near pairs.
+class MultipoleField final : public ChargeField {
+ public:
+  /// Boxes are split down to `finest`, a length.
+  MultipoleField(const PointCharges& charges, int order, double finest, const Context& context);
+  /// @pre the points lie in the charges' bounding cube, or as good as in it.
+  void evaluate(std::span<const Vec3> points, std::span<double> potential, std::span<Vec3> gradient,
+                const Context& context) const override;
+
+ private:
+  int order_;
+  SourceTree sources_;
+  TargetTree targets_;
+  PointCharges charges_;       // in the tree's order
+  std::vector<double> local_;  // expansions of the target boxes
+};
+
+}  // namespace polestar::detail
