@@ -205,6 +205,7 @@ TEST_F(DeviceSumsTest, ThreadsTakeTurnsAndGetTheSameBytes) {
   const Sums expected = sumsOn(*device, charges, points);
   std::vector<Sums> results(8, Sums(points.size()));
   std::vector<std::thread> threads;
+  threads.reserve(results.size());
   for (Sums& sums : results) {
     threads.emplace_back(
         [&] { EXPECT_TRUE(device->sum(charges, points, sums.potential, sums.gradient, context_)); });

@@ -60,7 +60,8 @@ std::string firstLine(const std::string& text) { return text.substr(0, text.find
 
 template <class Value>
 void setArgument(const OpenClApi& api, cl_kernel kernel, cl_uint index, const Value& value) {
-  checkOpenCl(api.setKernelArg(kernel, index, sizeof value, &value), "clSetKernelArg");
+  const auto bytes = std::as_bytes(std::span(&value, 1));
+  checkOpenCl(api.setKernelArg(kernel, index, bytes.size(), bytes.data()), "clSetKernelArg");
 }
 
 // Arguments of the kernel that change between launches.
@@ -113,7 +114,8 @@ PairKernels::Kernel PairKernels::build(const OpenClDevice& device, const std::st
   const std::string real = doublePrecision_ ? "double" : "float";
   const std::string options = "-DREAL=" + real + " -DREAL4=" + real + "4 -DVECTOR=" + real +
                               (width_ > 1 ? std::to_string(width_) : "") +
-                              (doublePrecision_ ? "" : " -DSINGLE") + (gradient ? " -DGRADIENT" : "");
+                              (doublePrecision_ ? "" : " -DSINGLE") + (gradient ? " -DGRADIENT" : "") +
+                              " -DBLOCK=" + std::to_string(kPairBlock);
   Kernel built{{nullptr, api_.releaseProgram}, {nullptr, api_.releaseKernel}};
   const char* text = source.c_str();
   cl_int code = CL_SUCCESS;

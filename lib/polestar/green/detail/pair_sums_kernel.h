@@ -4,10 +4,10 @@
 namespace polestar::detail {
 
 /// Built with REAL (double or float), REAL4, VECTOR (REAL, or as many as the device's registers hold:
-/// explicit vectors are up to 8 times as fast as one target a work-item on a CPU), SINGLE for float, and
-/// GRADIENT for potential and gradient.
+/// explicit vectors are up to 8 times as fast as one target a work-item on a CPU), BLOCK, SINGLE for float,
+/// and GRADIENT for potential and gradient.
 ///
-/// A work-item has one VECTOR of targets. Charges are summed in blocks of kPairBlock, counted from charge 0:
+/// A work-item has one VECTOR of targets. Charges are summed in blocks of BLOCK, counted from charge 0:
 /// a target's sum is the same whichever launches it is cut into. In single precision coordinates come in two
 /// parts, x and what float drops of it, since the distance of close points is their small difference, and
 /// sums of blocks are added with what rounding drops kept apart.
@@ -31,14 +31,14 @@ inline constexpr const char* kPairSumsKernel = R"CL(
 #else
 #define SUMS 1
 #endif
-#define BLOCK 64
 
 // charges: x, y, z and strength of each, in single precision followed by what float drops of them.
 // targets: x, y, z of all in planes of `stride` vectors, in single precision followed by what float drops.
 // result: potential and gradient in such planes, in single precision followed by what their sums dropped.
 // Adds charges begin .. end - 1; the first launch begins at 0.
 kernel void pairSums(global const REAL4* restrict charges, global const VECTOR* restrict targets,
-                     global VECTOR* restrict result, uint stride, REAL squaredSoftening, uint begin, uint end) {
+                     global VECTOR* restrict result, uint stride, REAL squaredSoftening, uint begin,
+                     uint end) {
   const uint i = get_global_id(0);
   const VECTOR x = targets[i], y = targets[i + stride], z = targets[i + 2 * stride];
 #ifdef SINGLE
