@@ -31,6 +31,7 @@ void addMapOptions(CLI::App& app, MapChoices& choices) {
       ->check(CLI::PositiveNumber.description(""))
       ->capture_default_str()
       ->type_name("E");
+  addDeviceOption(app, choices.device);
   addCenterOption(app, choices.center);
 }
 
@@ -62,6 +63,7 @@ void describeMap(const BallMap& map, Session& session) {
   json["charge"] = record.charge;
   json["green"] = {{"iterations", record.summary.iterations},
                    {"passes", record.summary.passes},
+                   {"device", record.summary.device},
                    {"layer_vertices", green.layerMesh().vertices.size()},
                    {"residual", record.summary.residual},
                    {"accuracy", record.accuracy},
@@ -96,6 +98,7 @@ BallMap makeMap(const std::filesystem::path& mesh, const MapChoices& choices, Se
   options.boundary = choices.boundary;
   options.green.tolerance = choices.tolerance;
   options.ball.core = choices.core;
+  options.green.device = choices.device;
   MapTimings timings;
   BallMap map = mapToBall(shape, options, session.context(), &timings);
   session.noteSeconds("green", timings.green);

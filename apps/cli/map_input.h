@@ -17,9 +17,10 @@ struct MapChoices {
   std::string solver = "layer";
   double tolerance = 1e-3;  ///< of rho |G| on the surface
   std::optional<Vec3> center;
+  DeviceChoice device;
 };
 
-/// Adds --boundary, --core, --solver, --tolerance and --center.
+/// Adds --boundary, --core, --solver, --tolerance, --device and --center.
 void addMapOptions(CLI::App& app, MapChoices& choices);
 
 /// A .pmap, or the .vdb that lies beside one.

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "polestar/core/compute_device.h"
 #include "polestar/core/context.h"
 #include "polestar/star/star_shape.h"
 
@@ -45,6 +46,9 @@ struct GreenOptions {
   /// The budget: the layer may have `growth` times the vertices of the surface, and `spareVertices` more.
   double growth = 2;
   int spareVertices = 30000;
+  /// Where the sums over all pairs of a solve run. Devices round differently: results agree to 1e-6, on one
+  /// without doubles to 1e-5. One that is absent or fails is replaced by the CPU, and the log says so.
+  DeviceChoice device;
   /// Relative, at which GMRES stops, and to which sums are exact. Narrow parts, where the density is small,
   /// tighten it by themselves, down to 1e-11.
   double residual = 1e-6;
@@ -57,6 +61,7 @@ struct GreenOptions {
 /// What the solver did.
 struct GreenSummary {
   std::string solver;  ///< "layer"
+  std::string device;  ///< that summed to the end: "cpu" or an OpenCL device's name; not kept in map files
   int iterations = 0;  ///< over all passes
   int passes = 0;
   double residual = 0;  ///< relative, at the end

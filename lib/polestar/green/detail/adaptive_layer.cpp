@@ -11,6 +11,7 @@
 #include "polestar/core/error.h"
 #include "polestar/green/detail/bisect.h"
 #include "polestar/green/detail/boundary_error.h"
+#include "polestar/green/detail/device_sums.h"
 #include "polestar/green/detail/layer_field.h"
 
 namespace polestar::detail {
@@ -20,7 +21,11 @@ namespace {
 class LayerRun {
  public:
   LayerRun(const StarShape& shape, const GreenOptions& options, Context& context)
-      : shape_(shape), options_(options), context_(context), mesh_(shape.mesh()) {
+      : shape_(shape),
+        options_(options),
+        context_(context),
+        mesh_(shape.mesh()),
+        device_(PairDevice::open(options.device, context)) {
     record_.summary.solver = "layer";
     // Until the splits are done a residual well below the tolerance is enough.
     record_.accuracy = std::max(options.residual, 0.01 * options.tolerance);
@@ -48,6 +53,7 @@ class LayerRun {
     finish();
     const std::vector<double> area = vertexAreas(mesh_);
     for (std::size_t i = 0; i < area.size(); ++i) record_.charge += area[i] * density_[i];
+    record_.summary.device = device_ && device_->works() ? device_->name() : "cpu";
     record_.summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return {std::move(mesh_), std::move(density_), std::move(record_)};
   }
@@ -63,7 +69,8 @@ class LayerRun {
 
   void iterate() {
     const LayerSolution solution = equation_->solve(
-        density_, {.residual = record_.accuracy, .maxIterations = options_.maxIterations}, context_);
+        density_, {.residual = record_.accuracy, .maxIterations = options_.maxIterations, .device = device_},
+        context_);
     record_.summary.iterations += static_cast<int>(solution.residualHistory.size());
     record_.summary.residualHistory = solution.residualHistory;
     record_.summary.residual = solution.residual;
@@ -84,7 +91,8 @@ class LayerRun {
     const NearField::Density density = quadrature_->near().density(density_);
     const std::vector<double> charge = quadrature_->chargesFor(density_);
     auto potential = [&](std::span<const Vec3> points, std::span<double> h) {
-      makeSums(quadrature_->places(), points, 0.01 * options_.tolerance)->potential(charge, h, context_);
+      makeSums(quadrature_->places(), points, 0.01 * options_.tolerance, device_)
+          ->potential(charge, h, context_);
       quadrature_->addNearPotential(points, density, h, context_);
     };
     const Vec3 center = Vec3::Zero();
@@ -192,6 +200,7 @@ class LayerRun {
   std::shared_ptr<const LayerQuadrature> quadrature_;
   std::optional<LayerEquation> equation_;
   MeasuredBoundary measured_;
+  std::shared_ptr<PairDevice> device_;
   GreenRecord record_;
 };
 
