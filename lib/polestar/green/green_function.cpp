@@ -45,9 +45,8 @@ GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options, Co
 
 GreenFunction restoreGreen(StarShape shape, TriMesh layerMesh, std::vector<double> density,
                            GreenRecord record) {
-  auto quadrature = std::make_shared<const detail::LayerQuadrature>(layerMesh, Context::quiet());
-  auto field = std::make_shared<const detail::LayerField>(std::move(quadrature), density, record.accuracy,
-                                                          Context::quiet());
+  auto field =
+      std::make_shared<const detail::LayerField>(layerMesh, density, record.accuracy, Context::quiet());
   return GreenFunction(std::make_shared<const GreenFunction::Data>(
       GreenFunction::Data{std::move(shape), std::make_shared<const TriMesh>(std::move(layerMesh)),
                           std::move(field), std::move(density), std::move(record)}));

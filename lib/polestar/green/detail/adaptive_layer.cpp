@@ -13,6 +13,7 @@
 #include "polestar/green/detail/boundary_error.h"
 #include "polestar/green/detail/device_sums.h"
 #include "polestar/green/detail/layer_field.h"
+#include "polestar/green/detail/principal_axes.h"
 
 namespace polestar::detail {
 namespace {
@@ -25,6 +26,7 @@ class LayerRun {
         options_(options),
         context_(context),
         mesh_(shape.mesh()),
+        axes_(principalAxes(mesh_)),
         device_(PairDevice::open(options.device, context)) {
     record_.summary.solver = "layer";
     // Until the splits are done a residual well below the tolerance is enough.
@@ -60,8 +62,9 @@ class LayerRun {
 
  private:
   void solve() {
-    quadrature_ = std::make_shared<const LayerQuadrature>(mesh_, context_);
-    equation_.emplace(mesh_, quadrature_, options_.neighbours, context_);
+    turned_ = turned(mesh_, axes_);
+    quadrature_ = std::make_shared<const LayerQuadrature>(turned_, context_);
+    equation_.emplace(turned_, quadrature_, options_.neighbours, context_);
     ++record_.summary.passes;
     iterate();
     measure();
@@ -99,7 +102,8 @@ class LayerRun {
     double atCenter = 0;
     potential({&center, 1}, {&atCenter, 1});
     record_.harmonicRadius = -1 / atCenter;
-    measured_ = measureBoundary(mesh_, potential, record_.harmonicRadius);
+    measured_ = measureBoundary(turned_, potential, record_.harmonicRadius);
+    measured_.error.worst = axes_.transpose() * measured_.error.worst;
     record_.boundaryError = measured_.error;
   }
 
@@ -196,6 +200,8 @@ class LayerRun {
   const GreenOptions& options_;
   Context& context_;
   TriMesh mesh_;
+  Mat3 axes_;
+  TriMesh turned_;  // mesh_ along the axes
   std::vector<double> density_;
   std::shared_ptr<const LayerQuadrature> quadrature_;
   std::optional<LayerEquation> equation_;

@@ -9,6 +9,7 @@
 #include "polestar/green/detail/device_sums.h"
 #include "polestar/green/detail/leaf_groups.h"
 #include "polestar/green/detail/multipole.h"
+#include "polestar/green/detail/principal_axes.h"
 
 namespace polestar::detail {
 namespace {
@@ -101,31 +102,36 @@ std::unique_ptr<ChargeField> makeField(PointCharges charges, double accuracy, do
   return std::make_unique<MultipoleField>(charges, orderFor(accuracy), finest, context);
 }
 
-LayerField::LayerField(std::shared_ptr<const LayerQuadrature> quadrature, std::span<const double> density,
-                       double accuracy, const Context& context)
-    : quadrature_(std::move(quadrature)), density_(quadrature_->near().density(density)) {
-  PointCharges charges = quadrature_->places();
-  charges.charge = quadrature_->chargesFor(density);
+LayerField::LayerField(const TriMesh& mesh, std::span<const double> density, double accuracy,
+                       const Context& context)
+    : axes_(principalAxes(mesh)),
+      quadrature_(turned(mesh, axes_), context),
+      density_(quadrature_.near().density(density)) {
+  PointCharges charges = quadrature_.places();
+  charges.charge = quadrature_.chargesFor(density);
   double shortest = 1;  // no box needs to be smaller than the triangles
-  for (std::size_t t = 0; t < quadrature_->triangleCount(); ++t)
-    shortest = std::min(shortest, quadrature_->near().nearSphere(t).radius);
+  for (std::size_t t = 0; t < quadrature_.triangleCount(); ++t)
+    shortest = std::min(shortest, quadrature_.near().nearSphere(t).radius);
   far_ = makeField(std::move(charges), accuracy, 0.1 * shortest, context);
 }
 
 void LayerField::evaluate(std::span<const Vec3> points, std::span<double> h, std::span<Vec3> gradient) const {
-  far_->evaluate(points, h, gradient, Context::quiet());
-  const NearField& near = quadrature_->near();
-  const NearIndex& index = quadrature_->nearIndex();
+  std::vector<Vec3> along(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) along[i] = axes_ * points[i];
+  far_->evaluate(along, h, gradient, Context::quiet());
+  const NearField& near = quadrature_.near();
+  const NearIndex& index = quadrature_.nearIndex();
   forPointBlocks(points.size(), Context::quiet(), [&](std::size_t begin, std::size_t end) {
     NearCandidates candidates;
     visitLeafGroups(
-        points, begin, end, [&](const Vec3& p) { return index.locate(p); },
+        along, begin, end, [&](const Vec3& p) { return index.locate(p); },
         [&](std::uint32_t leaf, std::span<const std::uint32_t> indices, std::span<const Vec3> group) {
           if (index.candidates(leaf).empty()) return;
           candidates.assign(near, index.candidates(leaf));
           for (std::size_t i = 0; i < group.size(); ++i)
             near.addPotentialAndGradient(group[i], candidates, density_, h[indices[i]], gradient[indices[i]]);
         });
+    for (std::size_t i = begin; i < end; ++i) gradient[i] = axes_.transpose() * gradient[i];
   });
 }
 

@@ -68,12 +68,12 @@ std::unique_ptr<ChargeField> makeField(PointCharges charges, double accuracy, do
 class LayerField final : public HarmonicField {
  public:
   /// @param accuracy of the potential, relative to its largest value.
-  LayerField(std::shared_ptr<const LayerQuadrature> quadrature, std::span<const double> density,
-             double accuracy, const Context& context);
+  LayerField(const TriMesh& mesh, std::span<const double> density, double accuracy, const Context& context);
   void evaluate(std::span<const Vec3> points, std::span<double> h, std::span<Vec3> gradient) const override;
 
  private:
-  std::shared_ptr<const LayerQuadrature> quadrature_;
+  Mat3 axes_;  // everything below lies along the surface's principal axes
+  LayerQuadrature quadrature_;
   NearField::Density density_;
   std::unique_ptr<const ChargeField> far_;
 };
