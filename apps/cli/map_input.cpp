@@ -58,7 +58,11 @@ void describeMap(const BallMap& map, Session& session) {
   json["green"] = {{"iterations", record.summary.iterations},
                    {"passes", record.summary.passes},
                    {"layer_vertices", green.layerMesh().vertices.size()},
-                   {"wrong_sign_area", record.wrongSignArea}};
+                   {"residual", record.summary.residual},
+                   {"accuracy", record.accuracy},
+                   {"stop", record.summary.stop},
+                   {"seconds", record.summary.seconds},
+                   {"unresolved_area", record.unresolvedArea}};
   json["sphere"] = {{"kind", map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial"},
                     {"flips", map.sphere().flips},
                     {"omega_flips", lines.directionFlips},

@@ -57,7 +57,7 @@ TEST(GreenFunction, BallWithOffCenterPoleConvergesToTheKelvinImage) {
   EXPECT_GT(coarse / fine, 3);
   EXPECT_NEAR(green.charge(), -1, 1e-4);
   EXPECT_NEAR(green.harmonicRadius() * green.shape().frame().unit, exact.harmonicRadius(), 1e-3);
-  EXPECT_EQ(green.record().wrongSignArea, 0);
+  EXPECT_EQ(green.record().unresolvedArea, 0);
 }
 
 TEST(GreenFunction, BallDensityIsThePoissonKernel) {
@@ -137,7 +137,7 @@ TEST(GreenFunction, RefinementBringsTheBoundaryErrorDown) {
       radialShape(2, [](const Vec3& w) { return w.cwiseAbs().maxCoeff() > 0.85 ? 1.0 : 0.55; });
   const StarShape shape = starShape(mesh);
   GreenOptions options;
-  options.boundaryTolerance = 1e-9;  // never reached: all passes are used
+  options.tolerance = 1e-9;  // never reached: all passes are used
   options.maxPasses = 1;
   const double first = solveGreen(shape, options).boundaryError().rms;
   options.maxPasses = 3;
@@ -198,7 +198,7 @@ TEST(GreenFunction, RejectsImpossibleOptions) {
   const StarShape shape = starShape(icosphere(1));
   for (auto spoil : std::initializer_list<void (*)(GreenOptions&)>{
            [](GreenOptions& o) { o.residual = 0; }, [](GreenOptions& o) { o.maxIterations = 0; },
-           [](GreenOptions& o) { o.neighbours = 0; }, [](GreenOptions& o) { o.boundaryTolerance = -1; },
+           [](GreenOptions& o) { o.neighbours = 0; }, [](GreenOptions& o) { o.tolerance = -1; },
            [](GreenOptions& o) { o.growth = 0.5; }, [](GreenOptions& o) { o.maxPasses = 0; }}) {
     GreenOptions options;
     spoil(options);

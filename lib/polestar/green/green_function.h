@@ -38,14 +38,16 @@ struct BoundaryError {
 };
 
 struct GreenOptions {
-  double residual = 1e-6;  ///< relative, at which GMRES stops
-  int maxIterations = 80;  ///< of GMRES in one pass, no restarts
-  int neighbours = 30;     ///< size of the local inverses of the preconditioner
-  /// Triangles are split for the layer, and the equation solved again, until rho |G| is below this at all
-  /// samples of the surface or a limit is reached: creases and corners need it.
-  double boundaryTolerance = 2e-3;
+  /// rho |G| aimed at on the surface: the layer's triangles are split, and the equation solved again, until
+  /// all samples are below it or a limit is reached. Creases and corners need it.
+  double tolerance = 1e-3;
   int maxPasses = 6;  ///< solves
   double growth = 2;  ///< the layer may have this many times the vertices of the surface (and 1000 more)
+  /// Relative, at which GMRES stops, and to which sums are exact. Narrow parts, where the density is small,
+  /// tighten it by themselves, down to 1e-11.
+  double residual = 1e-6;
+  int maxIterations = 200;  ///< of GMRES in one pass
+  int neighbours = 30;      ///< size of the local inverses of the preconditioner, at most 64
 
   void validate() const;  ///< @throws Error{Errc::usage}
 };
@@ -57,6 +59,7 @@ struct GreenSummary {
   int passes = 0;
   double residual = 0;  ///< relative, at the end
   std::vector<double> residualHistory;
+  std::string stop;  ///< why splitting ended: "tolerance reached", "budget spent" or "passes spent"
   double seconds = 0;
 };
 
@@ -65,9 +68,12 @@ struct GreenRecord {
   double harmonicRadius = 0;
   /// Total charge of the layer: -1 for the exact solution.
   double charge = 0;
-  /// Share of the surface's area around vertices whose density has the wrong sign: there G has run out of
-  /// digits.
-  double wrongSignArea = 0;
+  /// To which potentials are solved and summed, relative to their largest value.
+  double accuracy = 0;
+  /// Share of the surface's area where double precision, or the mesh, does not resolve G: the density has the
+  /// wrong sign, or the potential's error over a triangle's size outweighs the flux. Coordinates are noise
+  /// below it. [docs/method.md, "Where the coordinates run out of digits"]
+  double unresolvedArea = 0;
   BoundaryError boundaryError;
   GreenSummary summary;
 };
@@ -109,12 +115,14 @@ class GreenFunction {
 
 /// Green's function by a single layer on the surface's own triangles: h = S sigma, sigma continuous and
 /// linear on the triangles, first-kind equation tested by the vertex-and-centroid rule, analytic integrals
-/// near and edge midpoints far, GMRES with local inverses as preconditioner, triangles split where the
-/// boundary error sits.
+/// near and edge midpoints far (by a fast multipole method), GMRES with local inverses as preconditioner,
+/// triangles split where the boundary error sits.
 ///
-/// Direct sums: time O(n^2) per iteration, memory O(n). That the boundary error stays above the tolerance is
-/// no failure: it is measured and reported, and everything downstream depends on it.
-/// @throws Error{Errc::notConverged} with the residual history when GMRES does not reach `options.residual`.
+/// Time and memory grow about linearly with the triangles (docs/bench-green.md). That the boundary error
+/// stays above the tolerance is no failure: it is measured and reported, with the reason, and everything
+/// downstream depends on it.
+/// @throws Error{Errc::notConverged} with the residual history and the place of the largest residual when
+/// GMRES does not reach `options.residual`; Error{Errc::cancelled}.
 GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options = {},
                          Context& context = Context::quiet());
 

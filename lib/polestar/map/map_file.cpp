@@ -90,7 +90,8 @@ json describe(const BallMap& map, const MapProvenance& provenance) {
             {"residual", green.summary.residual},
             {"harmonic_radius_inner", green.harmonicRadius},
             {"charge", green.charge},
-            {"wrong_sign_area", green.wrongSignArea},
+            {"accuracy", green.accuracy},
+            {"unresolved_area", green.unresolvedArea},
             {"boundary_error",
              {{"max", green.boundaryError.max},
               {"rms", green.boundaryError.rms},
@@ -215,7 +216,8 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   record.summary.residual = g.at("residual");
   record.harmonicRadius = g.at("harmonic_radius_inner");
   record.charge = g.at("charge");
-  record.wrongSignArea = g.at("wrong_sign_area");
+  record.accuracy = g.at("accuracy");
+  record.unresolvedArea = g.at("unresolved_area");
   const json& e = g.at("boundary_error");
   record.boundaryError = {e.at("max"), e.at("rms"), e.at("points"), toVec3(e.at("worst_inner")),
                           e.at("kind") == "bound"};

@@ -6,7 +6,7 @@
 
 #include "polestar/core/error.h"
 #include "polestar/mesh/detail/boundary_loops.h"
-#include "polestar/mesh/detail/edge_table.h"
+#include "polestar/core/detail/edge_table.h"
 
 namespace polestar {
 namespace {

@@ -20,6 +20,6 @@ namespace polestar::detail {
 
 /// Eight doubles that are computed with together; the compiler splits them into what the SIMD level has.
 using Lanes = double __attribute__((vector_size(64)));
-constexpr int kLanes = 8;
+constexpr int kLaneCount = 8;
 
 }  // namespace polestar::detail

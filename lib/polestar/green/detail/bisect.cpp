@@ -1,12 +1,11 @@
 #include "polestar/green/detail/bisect.h"
 
 #include <algorithm>
-#include <map>
+
+#include "polestar/core/detail/edge_table.h"
 
 namespace polestar::detail {
 namespace {
-
-using Edge = std::pair<std::int32_t, std::int32_t>;
 
 // The edges of a triangle that count as its longest. Symmetric meshes are full of ties; neither rounding nor
 // the order of vertices in a file may decide them, else a turned or renumbered copy would get another
@@ -20,8 +19,6 @@ std::array<bool, 3> longestEdges(const TriMesh& mesh, const Triangle& t) {
   for (int k = 0; k < 3; ++k) result[k] = length[k] > (1 - kTie) * longest;
   return result;
 }
-
-Edge edgeOf(const Triangle& t, int k) { return std::minmax({t[k], t[(k + 1) % 3]}); }
 
 // The pieces of one triangle. `longest` marks its longest edges, middle[k] is the vertex on edge k or -1;
 // when any edge is cut, the longest ones are.
@@ -60,18 +57,13 @@ void cutTriangle(const Triangle& corner, const std::array<bool, 3>& longest,
 
 Refinement bisectLongestEdges(const TriMesh& mesh, const std::vector<char>& marked) {
   const std::size_t count = mesh.triangles.size();
-  std::map<Edge, std::array<std::size_t, 2>> trianglesOf;
+  const EdgeTable edges(mesh.triangles, mesh.vertices.size());
   std::vector<std::array<bool, 3>> longest(count);
-  for (std::size_t t = 0; t < count; ++t) {
-    longest[t] = longestEdges(mesh, mesh.triangles[t]);
-    for (int k = 0; k < 3; ++k) {
-      const auto [entry, isNew] = trianglesOf.try_emplace(edgeOf(mesh.triangles[t], k), std::array{t, t});
-      if (!isNew) entry->second[1] = t;
-    }
-  }
+  for (std::size_t t = 0; t < count; ++t) longest[t] = longestEdges(mesh, mesh.triangles[t]);
 
   // Close the set of cut edges: a triangle with a cut edge has its longest edges cut.
-  std::map<Edge, std::int32_t> middle;
+  constexpr std::int32_t kWhole = -1, kCut = -2;
+  std::vector<std::int32_t> middle(edges.size(), kWhole);
   std::vector<std::size_t> pending;
   for (std::size_t t = 0; t < count; ++t) {
     if (marked[t]) pending.push_back(t);
@@ -80,28 +72,28 @@ Refinement bisectLongestEdges(const TriMesh& mesh, const std::vector<char>& mark
     const std::size_t t = pending.back();
     pending.pop_back();
     for (int k = 0; k < 3; ++k) {
-      if (!longest[t][k]) continue;
-      const Edge edge = edgeOf(mesh.triangles[t], k);
-      if (!middle.try_emplace(edge, -1).second) continue;
-      for (const std::size_t neighbour : trianglesOf.at(edge)) pending.push_back(neighbour);
+      const std::int32_t edge = edges.edgeOf(3 * t + k);
+      if (!longest[t][k] || middle[edge] == kCut) continue;
+      middle[edge] = kCut;
+      for (const std::int32_t side : edges.sides(edge)) pending.push_back(side / 3);
     }
   }
 
   Refinement result;
   result.mesh.vertices = mesh.vertices;
   result.coarseVertices = mesh.vertices.size();
-  for (auto& [edge, id] : middle) {
-    id = static_cast<std::int32_t>(result.mesh.vertices.size());
-    result.mesh.vertices.push_back(0.5 * (mesh.vertices[edge.first] + mesh.vertices[edge.second]));
-    result.parents.push_back({edge.first, edge.second});
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    if (middle[e] != kCut) continue;
+    const auto& [a, b] = edges.ends(e);
+    middle[e] = static_cast<std::int32_t>(result.mesh.vertices.size());
+    result.mesh.vertices.push_back(0.5 * (mesh.vertices[a] + mesh.vertices[b]));
+    result.parents.push_back({a, b});
   }
   for (std::size_t t = 0; t < count; ++t) {
     std::array<std::int32_t, 3> onEdge;
-    for (int k = 0; k < 3; ++k) {
-      const auto found = middle.find(edgeOf(mesh.triangles[t], k));
-      onEdge[k] = found == middle.end() ? -1 : found->second;
-    }
+    for (int k = 0; k < 3; ++k) onEdge[k] = middle[edges.edgeOf(3 * t + k)];
     cutTriangle(mesh.triangles[t], longest[t], onEdge, result.mesh.triangles);
+    result.triangleParents.resize(result.mesh.triangles.size(), static_cast<std::uint32_t>(t));
   }
   return result;
 }

@@ -1,36 +1,23 @@
 #include "polestar/green/detail/boundary_error.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 
+#include "polestar/core/detail/edge_table.h"
+
 namespace polestar::detail {
 namespace {
 
-using Edge = std::array<std::int32_t, 2>;
-
-std::vector<Edge> sortedEdges(const TriMesh& mesh) {
-  std::vector<Edge> edges;
-  edges.reserve(mesh.triangles.size() * 3 / 2);
-  for (const Triangle& corner : mesh.triangles) {
-    for (int k = 0; k < 3; ++k) {
-      const std::int32_t a = corner[k], b = corner[(k + 1) % 3];
-      if (a < b) edges.push_back({a, b});  // the triangle across the edge sees it as (b, a)
-    }
-  }
-  std::sort(edges.begin(), edges.end());
-  return edges;
-}
-
 // The vertices, then two points on every edge, off its middle (the layer has a charge there) and alike from
 // both ends (no numbering of vertices may matter), then three in every triangle.
-std::vector<Vec3> samplePoints(const TriMesh& mesh, const std::vector<Edge>& edges) {
+std::vector<Vec3> samplePoints(const TriMesh& mesh, const EdgeTable& edges) {
   constexpr double kGolden = 0.3819660112501051;
   std::vector<Vec3> points = mesh.vertices;
   points.reserve(points.size() + 2 * edges.size() + 3 * mesh.triangles.size());
-  for (const auto& [a, b] : edges) {
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    const auto& [a, b] = edges.ends(e);
     const Vec3 along = mesh.vertices[b] - mesh.vertices[a];
     points.push_back(mesh.vertices[a] + kGolden * along);
     points.push_back(mesh.vertices[b] - kGolden * along);
@@ -45,7 +32,7 @@ std::vector<Vec3> samplePoints(const TriMesh& mesh, const std::vector<Edge>& edg
 }  // namespace
 
 MeasuredBoundary measureBoundary(const TriMesh& mesh, const HarmonicPotential& h, double harmonicRadius) {
-  const std::vector<Edge> edges = sortedEdges(mesh);
+  const EdgeTable edges(mesh.triangles, mesh.vertices.size());
   const std::vector<Vec3> points = samplePoints(mesh, edges);
   std::vector<double> value(points.size());
   h(points, value);
@@ -70,9 +57,8 @@ MeasuredBoundary measureBoundary(const TriMesh& mesh, const HarmonicPotential& h
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     double worst = 0;
     for (int k = 0; k < 3; ++k) {
-      const std::int32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
-      const auto edge = std::lower_bound(edges.begin(), edges.end(), Edge{std::min(a, b), std::max(a, b)});
-      const std::size_t onEdge = n + 2 * static_cast<std::size_t>(edge - edges.begin());
+      const std::size_t a = mesh.triangles[t][k];
+      const std::size_t onEdge = n + 2 * static_cast<std::size_t>(edges.edgeOf(3 * t + k));
       worst = std::max({worst, value[a], value[faceBegin + 3 * t + k], value[onEdge], value[onEdge + 1]});
     }
     measured.byTriangle.push_back(worst);

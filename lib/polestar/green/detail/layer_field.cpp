@@ -2,190 +2,121 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
+#include <numeric>
 
+#include "polestar/core/detail/edge_table.h"
 #include "polestar/core/detail/parallel.h"
+#include "polestar/green/detail/leaf_groups.h"
+#include "polestar/green/detail/multipole.h"
 
 namespace polestar::detail {
 namespace {
 
-// Points per block of a parallel sum: enough to reuse a tile of charges, few enough to balance threads.
-constexpr std::size_t kPointBlock = 32;
+// Below this many pairs the direct sum is the faster one (tests/bench/multipole_bench.cpp).
+constexpr double kDirectPairs = 1.5e7;
+// A field is asked for many points: its plan pays earlier.
+constexpr std::size_t kDirectCharges = 1500;
 
-std::uint64_t edgeKey(std::int32_t a, std::int32_t b) {
-  const auto [low, high] = std::minmax(a, b);
-  return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(low)) << 32) |
-         static_cast<std::uint32_t>(high);
+// Degree at which the truncation error falls below `accuracy`: over charges on surfaces the largest error
+// seen is about 10^(-2.4 - 0.34 order) of the largest potential (tests/bench/multipole_bench.cpp).
+int orderFor(double accuracy) {
+  const double order = std::ceil((-std::log10(accuracy) - 2.4) / 0.34);
+  return static_cast<int>(std::clamp(order, 4.0, static_cast<double>(kMaxOrder)));
 }
 
 }  // namespace
 
-LayerQuadrature::LayerQuadrature(const TriMesh& mesh)
+LayerQuadrature::LayerQuadrature(const TriMesh& mesh, const Context& context)
     : vertexCount_(mesh.vertices.size()), corners_(mesh.triangles) {
   const std::size_t count = corners_.size();
-  triangles_.reserve(count);
-  centroids_.resize(count);
-  nearRadius_.resize(count);
-  edgeOf_.resize(count);
-  std::unordered_map<std::uint64_t, std::int32_t> edgeIndex;
-  edgeIndex.reserve(2 * count);
+  const EdgeTable edges(corners_, vertexCount_);
+  edgeWeight_.assign(edges.size(), 0);
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    edgeEnds_.push_back(edges.ends(e));
+    const Vec3 middle = 0.5 * (mesh.vertices[edgeEnds_[e][0]] + mesh.vertices[edgeEnds_[e][1]]);
+    places_.x.push_back(middle[0]);
+    places_.y.push_back(middle[1]);
+    places_.z.push_back(middle[2]);
+  }
   std::vector<double> diameters(count);
   for (std::size_t t = 0; t < count; ++t) {
-    triangles_.emplace_back(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2));
-    centroids_[t] = (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3;
-    const LayerTriangle& triangle = triangles_.back();
-    diameters[t] = std::max({triangle.length[0], triangle.length[1], triangle.length[2]});
-    nearRadius_[t] = kNear * diameters[t];
-    for (int k = 0; k < 3; ++k) {
-      const std::int32_t a = corners_[t][k], b = corners_[t][(k + 1) % 3];
-      const auto [entry, isNew] =
-          edgeIndex.try_emplace(edgeKey(a, b), static_cast<std::int32_t>(midpoints_.size()));
-      if (isNew) {
-        midpoints_.push_back(0.5 * (mesh.vertices[a] + mesh.vertices[b]));
-        edgeEnds_.push_back({a, b});
-        edgeWeight_.push_back(0);
-      }
-      edgeOf_[t][k] = entry->second;
-      edgeWeight_[entry->second] += area(t) / 3;
-    }
+    const Vec3 &a = mesh.corner(t, 0), &b = mesh.corner(t, 1), &c = mesh.corner(t, 2);
+    const double area = 0.5 * (b - a).cross(c - a).norm();
+    diameters[t] = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+    for (int k = 0; k < 3; ++k) edgeWeight_[edges.edgeOf(3 * t + k)] += area / 3;
   }
+  places_.charge.assign(edgeEnds_.size(), 0.0);
   std::nth_element(diameters.begin(), diameters.begin() + count / 2, diameters.end());
-  squaredSoftening_ = std::pow(1e-6 * diameters[count / 2], 2);
-
-  std::vector<Bounds> spheres(count);
-  for (std::size_t t = 0; t < count; ++t) {
-    spheres[t].include(centroids_[t] - Vec3::Constant(nearRadius_[t]));
-    spheres[t].include(centroids_[t] + Vec3::Constant(nearRadius_[t]));
-  }
-  nearTree_ = AabbTree(spheres);
+  places_.squaredSoftening = std::pow(1e-6 * diameters[count / 2], 2);
+  near_ = std::make_unique<const NearField>(mesh, places_.squaredSoftening);
+  nearIndex_ = std::make_unique<const NearIndex>(*near_, enclosingCube(mesh.vertices), context);
 }
 
-PointCharges LayerQuadrature::emptyCharges() const {
-  PointCharges charges;
-  for (const Vec3& m : midpoints_) {
-    charges.x.push_back(m[0]);
-    charges.y.push_back(m[1]);
-    charges.z.push_back(m[2]);
-  }
-  charges.charge.assign(midpoints_.size(), 0.0);
-  charges.squaredSoftening = squaredSoftening_;
-  return charges;
+std::vector<double> LayerQuadrature::chargesFor(std::span<const double> density) const {
+  std::vector<double> charge(edgeEnds_.size());
+  for (std::size_t e = 0; e < charge.size(); ++e)
+    charge[e] = 0.5 * edgeWeight_[e] * (density[edgeEnds_[e][0]] + density[edgeEnds_[e][1]]);
+  return charge;
 }
 
-void LayerQuadrature::chargesFor(std::span<const double> density, PointCharges& charges) const {
-  for (std::size_t e = 0; e < midpoints_.size(); ++e) {
-    charges.charge[e] = 0.5 * edgeWeight_[e] * (density[edgeEnds_[e][0]] + density[edgeEnds_[e][1]]);
-  }
-}
-
-bool LayerQuadrature::nearWeight(std::size_t t, const Vec3& x, NearWeight& weight) const {
-  const Vec3 offset = x - centroids_[t];
-  const double squared = offset.squaredNorm(), radius = nearRadius_[t];
-  if (squared >= radius * radius) return false;
-  weight = {1, Vec3::Zero()};
-  if (squared > kBlendFrom * kBlendFrom * radius * radius) {
-    const double distance = std::sqrt(squared);
-    const double s = (radius - distance) / ((1 - kBlendFrom) * radius);  // 1 at the inner rim, 0 at the outer
-    weight.value = s * s * (3 - 2 * s);
-    weight.gradient = -6 * s * (1 - s) / ((1 - kBlendFrom) * radius * distance) * offset;
-  }
-  return true;
-}
-
-void LayerQuadrature::nearRow(const Vec3& x, std::vector<Entry>& row) const {
-  const std::size_t begin = row.size();
-  nearTree_.visitContaining(x, [&](std::size_t t) {
-    NearWeight weight;
-    if (!nearWeight(t, x, weight)) return false;
-    std::array<double, 3> hat = hatPotentials(triangles_[t], x);
-    for (int k = 0; k < 3; ++k) {
-      const double charge =
-          area(t) / 6 / std::sqrt((x - midpoints_[edgeOf_[t][k]]).squaredNorm() + squaredSoftening_);
-      hat[k] -= charge;
-      hat[(k + 1) % 3] -= charge;
-    }
-    for (int k = 0; k < 3; ++k) row.push_back({corners_[t][k], weight.value * hat[k]});
-    return false;
+void LayerQuadrature::addNearPotential(std::span<const Vec3> points, const NearField::Density& density,
+                                       std::span<double> far, const Context& context) const {
+  // Sorted along a curve, so that points of a block share leaves.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> sorted(points.size());
+  parallelChunks(points.size(), 4096, context, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      sorted[i] = {nearIndex_->locate(points[i]), static_cast<std::uint32_t>(i)};
   });
-  // Sum the triangles' shares of each vertex, in the tree's fixed order.
-  std::stable_sort(row.begin() + begin, row.end(),
-                   [](const Entry& a, const Entry& b) { return a.vertex < b.vertex; });
-  std::size_t kept = begin;
-  for (std::size_t i = begin; i < row.size(); ++i) {
-    if (kept > begin && row[kept - 1].vertex == row[i].vertex) {
-      row[kept - 1].coefficient += row[i].coefficient;
-    } else {
-      row[kept++] = row[i];
+  std::sort(sorted.begin(), sorted.end());
+  parallelChunks(points.size(), kPointBlock, context, [&](std::size_t begin, std::size_t end) {
+    NearCandidates candidates;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (i == begin || sorted[i].first != sorted[i - 1].first)
+        candidates.assign(*near_, nearIndex_->candidates(sorted[i].first));
+      const std::uint32_t p = sorted[i].second;
+      far[p] += near_->potential(points[p], candidates, density);
     }
-  }
-  row.resize(kept);
-}
-
-double LayerQuadrature::nearPotential(const Vec3& x, std::span<const double> density) const {
-  double sum = 0;
-  nearTree_.visitContaining(x, [&](std::size_t t) {
-    NearWeight weight;
-    if (!nearWeight(t, x, weight)) return false;
-    const std::array<double, 3> hat = hatPotentials(triangles_[t], x);
-    double exact = 0;
-    for (int k = 0; k < 3; ++k) {
-      const double sigma = density[corners_[t][k]], next = density[corners_[t][(k + 1) % 3]];
-      exact +=
-          sigma * hat[k] - area(t) / 6 * (sigma + next) /
-                               std::sqrt((x - midpoints_[edgeOf_[t][k]]).squaredNorm() + squaredSoftening_);
-    }
-    sum += weight.value * exact;
-    return false;
-  });
-  return sum;
-}
-
-void LayerQuadrature::addNear(const Vec3& x, std::span<const double> density, double& potential,
-                              Vec3& gradient) const {
-  nearTree_.visitContaining(x, [&](std::size_t t) {
-    NearWeight weight;
-    if (!nearWeight(t, x, weight)) return false;
-    const Triangle& c = corners_[t];
-    const std::array<double, 3> sigma{density[c[0]], density[c[1]], density[c[2]]};
-    PotentialAndGradient exact = linearLayer(triangles_[t], sigma, x);
-    for (int k = 0; k < 3; ++k) {
-      const Vec3 offset = x - midpoints_[edgeOf_[t][k]];
-      const double inverse = 1 / std::sqrt(offset.squaredNorm() + squaredSoftening_);
-      const double term = area(t) / 6 * (sigma[k] + sigma[(k + 1) % 3]) * inverse;
-      exact.potential -= term;
-      exact.gradient += term * inverse * inverse * offset;
-    }
-    potential += weight.value * exact.potential;
-    gradient += weight.value * exact.gradient + exact.potential * weight.gradient;
-    return false;
   });
 }
 
-LayerField::LayerField(std::shared_ptr<const LayerQuadrature> quadrature, std::vector<double> density)
-    : quadrature_(std::move(quadrature)),
-      density_(std::move(density)),
-      charges_(quadrature_->emptyCharges()) {
-  quadrature_->chargesFor(density_, charges_);
+std::unique_ptr<PotentialSums> makeSums(const PointCharges& places, std::span<const Vec3> targets,
+                                        double accuracy) {
+  if (static_cast<double>(places.size()) * static_cast<double>(targets.size()) < kDirectPairs)
+    return std::make_unique<DirectSums>(places, std::vector<Vec3>(targets.begin(), targets.end()));
+  return std::make_unique<MultipoleSums>(places, targets, orderFor(accuracy));
+}
+
+std::unique_ptr<ChargeField> makeField(PointCharges charges, double accuracy, double finest,
+                                       const Context& context) {
+  if (charges.size() < kDirectCharges) return std::make_unique<DirectChargeField>(std::move(charges));
+  return std::make_unique<MultipoleField>(charges, orderFor(accuracy), finest, context);
+}
+
+LayerField::LayerField(std::shared_ptr<const LayerQuadrature> quadrature, std::span<const double> density,
+                       double accuracy, const Context& context)
+    : quadrature_(std::move(quadrature)), density_(quadrature_->near().density(density)) {
+  PointCharges charges = quadrature_->places();
+  charges.charge = quadrature_->chargesFor(density);
+  double shortest = 1;  // no box needs to be smaller than the triangles
+  for (std::size_t t = 0; t < quadrature_->triangleCount(); ++t)
+    shortest = std::min(shortest, quadrature_->near().nearSphere(t).radius);
+  far_ = makeField(std::move(charges), accuracy, 0.1 * shortest, context);
 }
 
 void LayerField::evaluate(std::span<const Vec3> points, std::span<double> h, std::span<Vec3> gradient) const {
-  auto block = [&](std::size_t begin, std::size_t end) {
-    sumPotentialAndGradient(charges_, points.subspan(begin, end - begin), h.subspan(begin, end - begin),
-                            gradient.subspan(begin, end - begin));
-    for (std::size_t i = begin; i < end; ++i) quadrature_->addNear(points[i], density_, h[i], gradient[i]);
-  };
-  if (points.size() <= kPointBlock) {
-    block(0, points.size());
-  } else {
-    parallelChunks(points.size(), kPointBlock, block);
-  }
-}
-
-void LayerField::evaluatePotential(std::span<const Vec3> points, std::span<double> h,
-                                   const Context& context) const {
-  parallelChunks(points.size(), kPointBlock, context, [&](std::size_t begin, std::size_t end) {
-    sumPotential(charges_, points.subspan(begin, end - begin), h.subspan(begin, end - begin));
-    for (std::size_t i = begin; i < end; ++i) h[i] += quadrature_->nearPotential(points[i], density_);
+  far_->evaluate(points, h, gradient, Context::quiet());
+  const NearField& near = quadrature_->near();
+  const NearIndex& index = quadrature_->nearIndex();
+  forPointBlocks(points.size(), Context::quiet(), [&](std::size_t begin, std::size_t end) {
+    NearCandidates candidates;
+    visitLeafGroups(
+        points, begin, end, [&](const Vec3& p) { return index.locate(p); },
+        [&](std::uint32_t leaf, std::span<const std::uint32_t> indices, std::span<const Vec3> group) {
+          if (index.candidates(leaf).empty()) return;
+          candidates.assign(near, index.candidates(leaf));
+          for (std::size_t i = 0; i < group.size(); ++i)
+            near.addPotentialAndGradient(group[i], candidates, density_, h[indices[i]], gradient[indices[i]]);
+        });
   });
 }
 

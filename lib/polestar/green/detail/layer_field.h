@@ -4,13 +4,14 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "polestar/core/context.h"
-#include "polestar/core/detail/aabb_tree.h"
-#include "polestar/green/detail/point_charges.h"
-#include "polestar/green/detail/triangle_layer.h"
+#include "polestar/green/detail/near_field.h"
+#include "polestar/green/detail/near_index.h"
+#include "polestar/green/detail/potential_sums.h"
 #include "polestar/green/green_function.h"
 
 namespace polestar::detail {
@@ -19,83 +20,91 @@ namespace polestar::detail {
 /// what is evaluated.
 ///
 /// Far from a triangle its layer is three point charges at the edge midpoints (exact for quadratic
-/// integrands, and edges share them). Within kNear diameters the charges are exchanged for the closed form,
-/// blended smoothly so that the field stays differentiable for the tracer.
+/// integrands, and edges share them). Near it the charges are exchanged for the closed form, see NearField.
 class LayerQuadrature {
  public:
-  static constexpr double kNear = 2.5;        ///< radius of the near field, in diameters of the triangle
-  static constexpr double kBlendFrom = 0.75;  ///< share of that radius where the blend begins
-
-  explicit LayerQuadrature(const TriMesh& mesh);
+  LayerQuadrature(const TriMesh& mesh, const Context& context);
 
   std::size_t vertexCount() const { return vertexCount_; }
-  std::size_t triangleCount() const { return triangles_.size(); }
+  std::size_t triangleCount() const { return corners_.size(); }
   const Triangle& corners(std::size_t t) const { return corners_[t]; }
-  double area(std::size_t t) const { return 0.5 * triangles_[t].twiceArea; }
+  double area(std::size_t t) const { return near_->area(t); }
 
+  /// Edge midpoints and softening; the charges are 0.
+  const PointCharges& places() const { return places_; }
   /// Charges at the edge midpoints for a density given at the vertices.
-  void chargesFor(std::span<const double> density, PointCharges& charges) const;
-  PointCharges emptyCharges() const;
+  std::vector<double> chargesFor(std::span<const double> density) const;
 
-  /// Sparse row that turns the far field at `x` into the full potential: potential(x) = far(x) + sum row_j
-  /// sigma_j. Appends (vertex, coefficient), each vertex once, ascending.
-  struct Entry {
-    std::int32_t vertex;
-    double coefficient;
-  };
-  void nearRow(const Vec3& x, std::vector<Entry>& row) const;
+  const NearField& near() const { return *near_; }
+  const NearIndex& nearIndex() const { return *nearIndex_; }
 
-  /// What the far field misses at `x` for this density.
-  double nearPotential(const Vec3& x, std::span<const double> density) const;
-  /// Adds the same to potential and gradient.
-  void addNear(const Vec3& x, std::span<const double> density, double& potential, Vec3& gradient) const;
+  /// Potential at points of the surface or inside it: `far` holds that of the charges, and the full one
+  /// afterwards.
+  void addNearPotential(std::span<const Vec3> points, const NearField::Density& density,
+                        std::span<double> far, const Context& context) const;
 
  private:
-  struct NearWeight {
-    double value;
-    Vec3 gradient;
-  };
-  /// Weight of the closed form of triangle t at x; false when x is outside its near field.
-  bool nearWeight(std::size_t t, const Vec3& x, NearWeight& weight) const;
-
   std::size_t vertexCount_;
   std::vector<Triangle> corners_;
-  std::vector<LayerTriangle> triangles_;
-  std::vector<Vec3> centroids_;
-  std::vector<double> nearRadius_;
-  std::vector<std::array<std::int32_t, 3>>
-      edgeOf_;  ///< of triangle t: its edges, edge k from corner k to k + 1
   std::vector<std::array<std::int32_t, 2>> edgeEnds_;
   std::vector<double> edgeWeight_;  ///< a third of the areas of the edge's two triangles
-  std::vector<Vec3> midpoints_;
-  double squaredSoftening_;
-  AabbTree nearTree_;  ///< over the spheres of the near fields
+  PointCharges places_;
+  std::unique_ptr<const NearField> near_;
+  std::unique_ptr<const NearIndex> nearIndex_;
 };
+
+/// Sums over the layer's charges at fixed targets: pair by pair while that is faster, else by the fast
+/// multipole method with errors near `accuracy`, relative to the largest potential.
+std::unique_ptr<PotentialSums> makeSums(const PointCharges& places, std::span<const Vec3> targets,
+                                        double accuracy);
+/// The same for a field.
+std::unique_ptr<ChargeField> makeField(PointCharges charges, double accuracy, double finest,
+                                       const Context& context);
 
 /// The field of a solved density.
 class LayerField final : public HarmonicField {
  public:
-  LayerField(std::shared_ptr<const LayerQuadrature> quadrature, std::vector<double> density);
+  /// @param accuracy of the potential, relative to its largest value.
+  LayerField(std::shared_ptr<const LayerQuadrature> quadrature, std::span<const double> density,
+             double accuracy, const Context& context);
   void evaluate(std::span<const Vec3> points, std::span<double> h, std::span<Vec3> gradient) const override;
-  /// h alone, at half the price.
-  void evaluatePotential(std::span<const Vec3> points, std::span<double> h, const Context& context) const;
 
  private:
   std::shared_ptr<const LayerQuadrature> quadrature_;
-  std::vector<double> density_;
-  PointCharges charges_;
+  NearField::Density density_;
+  std::unique_ptr<const ChargeField> far_;
+};
+
+struct LayerSolveOptions {
+  double residual = 1e-6;   ///< relative, to stop at
+  int maxIterations = 200;  ///< over all restarts
+  int neighbours = 30;      ///< size of the preconditioner's local inverses
 };
 
 /// Result of the first-kind equation  S sigma = -1/|x|  on a surface around the origin.
 struct LayerSolution {
   std::vector<double> density;
+  double residual = 0;                  ///< relative, reached
   std::vector<double> residualHistory;  ///< relative, one an iteration
+  Eigen::Index worstVertex = 0;         ///< where the residual is largest
 };
 
-/// GMRES with local inverses, from `initial` (empty: from 0); see solveGreen. Deterministic for any number of
-/// threads.
-/// @throws Error{Errc::notConverged}
-LayerSolution solveLayer(const TriMesh& mesh, const LayerQuadrature& quadrature,
-                         const std::vector<double>& initial, const GreenOptions& options, Context& context);
+/// The discrete equation, assembled; solves to any residual and again from a better start.
+class LayerEquation {
+ public:
+  LayerEquation(const TriMesh& mesh, std::shared_ptr<const LayerQuadrature> quadrature, int neighbours,
+                Context& context);
+  ~LayerEquation();
+
+  /// GMRES with local inverses, from `initial` (empty: from 0), within a few steps of iterative refinement:
+  /// inner iterations use sums of low order, residuals those that `options.residual` asks for. Deterministic
+  /// for any number of threads. That the residual stays above the one asked for is told by the result.
+  LayerSolution solve(const std::vector<double>& initial, const LayerSolveOptions& options,
+                      Context& context) const;
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
 
 }  // namespace polestar::detail

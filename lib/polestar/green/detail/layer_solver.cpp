@@ -1,257 +1,243 @@
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <optional>
 
 #include "polestar/core/detail/parallel.h"
-#include "polestar/core/error.h"
 #include "polestar/green/detail/layer_field.h"
+#include "polestar/green/detail/local_inverse.h"
 
 namespace polestar::detail {
 namespace {
 
 using Eigen::VectorXd;
 
-constexpr std::size_t kBlock = 32;
+// Accuracy of the sums in inner iterations, and how far those reduce a residual before it is computed anew
+// with better sums: what the cheap sums cannot tell apart is not worth iterating for.
+constexpr double kInnerAccuracy = 3e-5, kInnerReduction = 1e-3;
 
-struct SparseRows {
+std::span<const double> view(const VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
+
+// Rows of the near field, in the order in which they were made.
+struct NearRows {
+  std::vector<std::uint32_t> target;
   std::vector<std::size_t> start{0};
-  std::vector<LayerQuadrature::Entry> entries;
+  std::vector<std::int32_t> vertex;
+  std::vector<double> coefficient;
 };
 
-// The discrete equation. Unknowns: density at the vertices. The potential is taken at vertices and centroids
-// and tested against the hat functions by the rule with weights 1/12 a corner and 3/4 at the centroid, which
-// is exact for quadratic integrands; the lumped areas scale it back to a potential per vertex, so that
-// residuals mean rho |G|.
-class LayerEquation {
+// Sums the triangles' shares of each vertex, over the triangles of one leaf.
+class RowCollector {
  public:
-  LayerEquation(const TriMesh& mesh, const LayerQuadrature& quadrature, const Context& context)
-      : quadrature_(quadrature), targets_(mesh.vertices), charges_(quadrature.emptyCharges()) {
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      targets_.push_back((mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3);
+  RowCollector(const LayerQuadrature& quadrature, std::span<const std::uint32_t> triangles)
+      : quadrature_(quadrature), candidates_(quadrature.near(), triangles), triangles_(triangles) {
+    for (const std::uint32_t t : triangles)
+      vertices_.insert(vertices_.end(), quadrature.corners(t).begin(), quadrature.corners(t).end());
+    std::sort(vertices_.begin(), vertices_.end());
+    vertices_.erase(std::unique(vertices_.begin(), vertices_.end()), vertices_.end());
+    for (const std::uint32_t t : triangles) {
+      std::array<std::uint32_t, 3> place;
+      for (int k = 0; k < 3; ++k) {
+        const auto found = std::lower_bound(vertices_.begin(), vertices_.end(), quadrature.corners(t)[k]);
+        place[k] = static_cast<std::uint32_t>(found - vertices_.begin());
+      }
+      places_.push_back(place);
     }
-    lumpedArea_ = VectorXd::Zero(mesh.vertices.size());
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      for (int k = 0; k < 3; ++k) lumpedArea_[mesh.triangles[t][k]] += quadrature.area(t) / 3;
-    }
-    assembleNearField(context);
+    sum_.resize(vertices_.size());
   }
 
-  const VectorXd& lumpedArea() const { return lumpedArea_; }
+  void append(std::uint32_t target, const Vec3& x, NearRows& rows) {
+    found_.clear();
+    quadrature_.near().appendRows(x, candidates_, found_);
+    std::fill(sum_.begin(), sum_.end(), 0.0);
+    std::size_t at = 0;  // rows come in the order of the candidates
+    for (const NearField::Row& row : found_) {
+      while (triangles_[at] != row.triangle) ++at;
+      for (int k = 0; k < 3; ++k) sum_[places_[at][k]] += row.coefficient[k];
+    }
+    rows.target.push_back(target);
+    for (std::size_t i = 0; i < sum_.size(); ++i) {
+      if (sum_[i] == 0) continue;
+      rows.vertex.push_back(vertices_[i]);
+      rows.coefficient.push_back(sum_[i]);
+    }
+    rows.start.push_back(rows.vertex.size());
+  }
 
-  VectorXd apply(const VectorXd& density, const Context& context) {
-    quadrature_.chargesFor({density.data(), static_cast<std::size_t>(density.size())}, charges_);
-    VectorXd potential(targets_.size());
-    parallelChunks(targets_.size(), kBlock, context, [&](std::size_t begin, std::size_t end) {
-      sumPotential(charges_, std::span(targets_).subspan(begin, end - begin),
-                   std::span(potential.data(), targets_.size()).subspan(begin, end - begin));
-      for (std::size_t i = begin; i < end; ++i) {
-        for (std::size_t e = near_.start[i]; e < near_.start[i + 1]; ++e) {
-          potential[i] += near_.entries[e].coefficient * density[near_.entries[e].vertex];
-        }
+ private:
+  const LayerQuadrature& quadrature_;
+  NearCandidates candidates_;
+  std::span<const std::uint32_t> triangles_;
+  std::vector<std::int32_t> vertices_;
+  std::vector<std::array<std::uint32_t, 3>> places_;  // of the triangles' corners among the vertices
+  std::vector<double> sum_;
+  std::vector<NearField::Row> found_;
+};
+
+}  // namespace
+
+// Unknowns: density at the vertices. The potential is taken at vertices and centroids and tested against the
+// hat functions by the rule with weights 1/12 a corner and 3/4 at the centroid, which is exact for quadratic
+// integrands; the lumped areas scale it back to a potential per vertex, so that residuals mean rho |G|.
+struct LayerEquation::Data {
+  std::shared_ptr<const LayerQuadrature> quadrature;
+  std::vector<Vec3> targets;  // vertices, then centroids
+  VectorXd lumpedArea;
+  std::vector<NearRows> near;
+  std::unique_ptr<const LocalInverse> inverse;
+
+  VectorXd test(const VectorXd& potential) const {
+    const std::size_t n = quadrature->vertexCount();
+    VectorXd moment = VectorXd::Zero(static_cast<Eigen::Index>(n));
+    for (std::size_t t = 0; t < quadrature->triangleCount(); ++t) {
+      const double area = quadrature->area(t);
+      const double center = area / 4 * potential[static_cast<Eigen::Index>(n + t)];
+      for (const std::int32_t v : quadrature->corners(t)) moment[v] += area / 12 * potential[v] + center;
+    }
+    return moment.cwiseQuotient(lumpedArea);
+  }
+
+  VectorXd apply(const VectorXd& density, const PotentialSums& sums, const Context& context) const {
+    VectorXd potential(static_cast<Eigen::Index>(targets.size()));
+    sums.potential(quadrature->chargesFor(view(density)), {potential.data(), targets.size()}, context);
+    parallelChunks(near.size(), 1, context, [&](std::size_t c, std::size_t) {
+      const NearRows& rows = near[c];
+      for (std::size_t i = 0; i < rows.target.size(); ++i) {
+        double sum = 0;
+        for (std::size_t e = rows.start[i]; e < rows.start[i + 1]; ++e)
+          sum += rows.coefficient[e] * density[rows.vertex[e]];
+        potential[rows.target[i]] += sum;
       }
     });
     return test(potential);
   }
 
   VectorXd rightHandSide() const {
-    VectorXd pole(targets_.size());
-    for (std::size_t i = 0; i < targets_.size(); ++i) pole[i] = -1 / targets_[i].norm();
+    VectorXd pole(static_cast<Eigen::Index>(targets.size()));
+    for (std::size_t i = 0; i < targets.size(); ++i)
+      pole[static_cast<Eigen::Index>(i)] = -1 / targets[i].norm();
     return test(pole);
   }
 
- private:
-  VectorXd test(const VectorXd& potential) const {
-    const std::size_t n = quadrature_.vertexCount();
-    VectorXd moment = VectorXd::Zero(n);
-    for (std::size_t t = 0; t < quadrature_.triangleCount(); ++t) {
-      const double area = quadrature_.area(t);
-      for (const std::int32_t v : quadrature_.corners(t)) {
-        moment[v] += area / 12 * potential[v] + area / 4 * potential[n + t];
-      }
-    }
-    return moment.cwiseQuotient(lumpedArea_);
-  }
-
-  void assembleNearField(const Context& context) {
-    const std::size_t chunks = (targets_.size() + kBlock - 1) / kBlock;
-    std::vector<SparseRows> parts(chunks);
-    parallelChunks(targets_.size(), kBlock, context, [&](std::size_t begin, std::size_t end) {
-      SparseRows& rows = parts[begin / kBlock];
-      for (std::size_t i = begin; i < end; ++i) {
-        quadrature_.nearRow(targets_[i], rows.entries);
-        rows.start.push_back(rows.entries.size());
-      }
+  void assembleNear(const Context& context) {
+    const NearIndex& index = quadrature->nearIndex();
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> leafOf(targets.size());
+    parallelChunks(targets.size(), 4096, context, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        leafOf[i] = {index.locate(targets[i]), static_cast<std::uint32_t>(i)};
     });
-    for (const SparseRows& part : parts) {
-      const std::size_t base = near_.entries.size();
-      near_.entries.insert(near_.entries.end(), part.entries.begin(), part.entries.end());
-      for (std::size_t i = 1; i < part.start.size(); ++i) near_.start.push_back(base + part.start[i]);
-    }
+    std::sort(leafOf.begin(), leafOf.end());
+    constexpr std::size_t kChunk = 512;
+    near.resize((targets.size() + kChunk - 1) / kChunk);
+    parallelChunks(targets.size(), kChunk, context, [&](std::size_t begin, std::size_t end) {
+      NearRows& rows = near[begin / kChunk];
+      std::optional<RowCollector> collector;
+      for (std::size_t i = begin; i < end; ++i) {
+        if (i == begin || leafOf[i].first != leafOf[i - 1].first)
+          collector.emplace(*quadrature, index.candidates(leafOf[i].first));
+        collector->append(leafOf[i].second, targets[leafOf[i].second], rows);
+      }
+      rows.vertex.shrink_to_fit();
+      rows.coefficient.shrink_to_fit();
+    });
   }
 
-  const LayerQuadrature& quadrature_;
-  std::vector<Vec3> targets_;  // vertices, then centroids
-  PointCharges charges_;
-  VectorXd lumpedArea_;
-  SparseRows near_;
+  // Right-preconditioned GMRES without restarts, Givens rotations on the fly, for a correction that reduces
+  // `rest` to `goal`. [Saad & Schultz 1986]
+  VectorXd correct(const VectorXd& rest, double goal, double scale, const PotentialSums& sums,
+                   const LayerSolveOptions& options, LayerSolution& solution, Context& context) const {
+    const int most =
+        std::max(1, options.maxIterations - static_cast<int>(solution.residualHistory.size()));
+    std::vector<VectorXd> basis{rest.normalized()}, directions;
+    Eigen::MatrixXd hessenberg = Eigen::MatrixXd::Zero(most + 1, most);
+    VectorXd cosine(most), sine(most), projected = VectorXd::Zero(most + 1);
+    projected[0] = rest.norm();
+    int k = 0;
+    while (k < most && std::abs(projected[k]) > goal) {
+      directions.push_back(inverse->apply(basis[k], lumpedArea));
+      VectorXd w = apply(directions[k], sums, context);
+      for (int j = 0; j <= k; ++j) {
+        hessenberg(j, k) = w.dot(basis[j]);
+        w -= hessenberg(j, k) * basis[j];
+      }
+      const double length = w.norm();
+      hessenberg(k + 1, k) = length;
+      for (int j = 0; j < k; ++j) {
+        const double upper = hessenberg(j, k), lower = hessenberg(j + 1, k);
+        hessenberg(j, k) = cosine[j] * upper + sine[j] * lower;
+        hessenberg(j + 1, k) = -sine[j] * upper + cosine[j] * lower;
+      }
+      const double radius = std::hypot(hessenberg(k, k), hessenberg(k + 1, k));
+      cosine[k] = hessenberg(k, k) / radius;
+      sine[k] = hessenberg(k + 1, k) / radius;
+      hessenberg(k, k) = radius;
+      hessenberg(k + 1, k) = 0;
+      projected[k + 1] = -sine[k] * projected[k];
+      projected[k] *= cosine[k];
+      ++k;
+      solution.residualHistory.push_back(std::abs(projected[k]) / scale);
+      context.progress("solving for the Green's function",
+                       std::clamp(std::log(std::max(solution.residualHistory.back(), 1e-300)) /
+                                      std::log(options.residual),
+                                  0.0, 1.0));
+      if (!(length > 0)) break;
+      basis.push_back(w / length);
+    }
+    const VectorXd y =
+        hessenberg.topLeftCorner(k, k).triangularView<Eigen::Upper>().solve(projected.head(k));
+    VectorXd correction = VectorXd::Zero(rest.size());
+    for (int j = 0; j < k; ++j) correction += y[j] * directions[j];
+    return correction;
+  }
 };
 
-// Row i approximates row i of the inverse by that of the kernel among the nearest vertices alone: the
-// operator's high frequencies are local, and they are what spoils the conditioning of a first-kind equation.
-class LocalInverse {
- public:
-  LocalInverse(const std::vector<Vec3>& vertices, const VectorXd& area, int neighbours,
-               const Context& context) {
-    const std::size_t n = vertices.size(), k = std::min<std::size_t>(neighbours, n);
-    index_.resize(n * k);
-    weight_.resize(n * k);
-    std::vector<Bounds> points(n);
-    for (std::size_t i = 0; i < n; ++i) points[i].include(vertices[i]);
-    const AabbTree tree(points);
-    parallelChunks(n, kBlock, context, [&](std::size_t begin, std::size_t end) {
-      std::vector<std::pair<double, std::int32_t>> found;
-      for (std::size_t i = begin; i < end; ++i) {
-        nearest(tree, vertices, i, k, area[i], found);
-        invert(vertices, area, i, found, k);
-      }
-    });
-    neighbours_ = k;
+LayerEquation::LayerEquation(const TriMesh& mesh, std::shared_ptr<const LayerQuadrature> quadrature,
+                             int neighbours, Context& context)
+    : data_(std::make_unique<Data>()) {
+  Data& d = *data_;
+  d.quadrature = std::move(quadrature);
+  d.targets = mesh.vertices;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    d.targets.push_back((mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3);
+  d.lumpedArea = VectorXd::Zero(static_cast<Eigen::Index>(mesh.vertices.size()));
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (const std::int32_t v : mesh.triangles[t]) d.lumpedArea[v] += d.quadrature->area(t) / 3;
   }
-
-  VectorXd apply(const VectorXd& residual, const VectorXd& area) const {
-    VectorXd result(residual.size());
-    parallelChunks(static_cast<std::size_t>(residual.size()), 512, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        double sum = 0;
-        for (std::size_t e = i * neighbours_; e < (i + 1) * neighbours_; ++e)
-          sum += weight_[e] * residual[index_[e]];
-        result[i] = sum / area[i];
-      }
-    });
-    return result;
-  }
-
- private:
-  static void nearest(const AabbTree& tree, const std::vector<Vec3>& vertices, std::size_t i, std::size_t k,
-                      double area, std::vector<std::pair<double, std::int32_t>>& found) {
-    // On a regular mesh the first radius holds about 1.3 k vertices.
-    for (double squaredRadius = 0.4 * area * static_cast<double>(k);; squaredRadius *= 2) {
-      found.clear();
-      tree.visitWithin(vertices[i], squaredRadius, [&](std::size_t j) {
-        const double d = (vertices[j] - vertices[i]).squaredNorm();
-        if (d <= squaredRadius) found.emplace_back(d, static_cast<std::int32_t>(j));
-        return false;
-      });
-      if (found.size() >= k) break;
-    }
-    std::partial_sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(k), found.end());
-    found.resize(k);
-  }
-
-  void invert(const std::vector<Vec3>& vertices, const VectorXd& area, std::size_t i,
-              const std::vector<std::pair<double, std::int32_t>>& found, std::size_t k) {
-    // The mean of 1/r over a vertex' own area, as if it were a disk, sets the length that regularizes the
-    // diagonal.
-    constexpr double kSelf = 0.34;
-    Eigen::MatrixXd kernel(k, k);
-    Eigen::Index self = 0;
-    for (std::size_t a = 0; a < k; ++a) {
-      const std::int32_t ja = found[a].second;
-      if (static_cast<std::size_t>(ja) == i) self = static_cast<Eigen::Index>(a);
-      for (std::size_t b = 0; b < k; ++b) {
-        const std::int32_t jb = found[b].second;
-        kernel(a, b) = 1 / std::sqrt((vertices[ja] - vertices[jb]).squaredNorm() +
-                                     kSelf * kSelf * std::sqrt(area[ja] * area[jb]));
-      }
-    }
-    const VectorXd row = kernel.llt().solve(VectorXd::Unit(static_cast<Eigen::Index>(k), self));
-    for (std::size_t a = 0; a < k; ++a) {
-      index_[i * k + a] = found[a].second;
-      weight_[i * k + a] = row[static_cast<Eigen::Index>(a)];
-    }
-  }
-
-  std::size_t neighbours_ = 0;
-  std::vector<std::int32_t> index_;
-  std::vector<double> weight_;
-};
-
-std::string formatHistory(const std::vector<double>& history) {
-  std::string text;
-  char number[32];
-  for (std::size_t i = 0; i < history.size(); i += std::max<std::size_t>(1, history.size() / 8)) {
-    std::snprintf(number, sizeof number, "%s%zu:%.1e", text.empty() ? "" : " ", i + 1, history[i]);
-    text += number;
-  }
-  return text;
+  d.assembleNear(context);
+  d.inverse = std::make_unique<const LocalInverse>(mesh.vertices, d.lumpedArea, neighbours, context);
 }
 
-}  // namespace
+LayerEquation::~LayerEquation() = default;
 
-LayerSolution solveLayer(const TriMesh& mesh, const LayerQuadrature& quadrature,
-                         const std::vector<double>& initial, const GreenOptions& options, Context& context) {
-  LayerEquation equation(mesh, quadrature, context);
-  const LocalInverse inverse(mesh.vertices, equation.lumpedArea(), options.neighbours, context);
-
-  // Right-preconditioned GMRES without restarts, Givens rotations on the fly. [Saad & Schultz 1986]
-  const int maxIterations = options.maxIterations;
-  VectorXd rest = equation.rightHandSide();
-  const double scale = rest.norm();  // residuals are relative to the right-hand side, wherever we start from
-  VectorXd density = VectorXd::Zero(rest.size());
+LayerSolution LayerEquation::solve(const std::vector<double>& initial, const LayerSolveOptions& options,
+                                   Context& context) const {
+  const Data& d = *data_;
+  const std::unique_ptr<PotentialSums> exact =
+      makeSums(d.quadrature->places(), d.targets, 0.3 * options.residual);
+  const std::unique_ptr<PotentialSums> cheap =
+      makeSums(d.quadrature->places(), d.targets, std::max(kInnerAccuracy, options.residual));
+  const VectorXd rightHandSide = d.rightHandSide();
+  const double scale = rightHandSide.norm();  // residuals are relative to it, wherever we start from
+  LayerSolution solution;
+  VectorXd density = VectorXd::Zero(rightHandSide.size()), rest = rightHandSide;
   if (!initial.empty()) {
     density = Eigen::Map<const VectorXd>(initial.data(), static_cast<Eigen::Index>(initial.size()));
-    rest -= equation.apply(density, context);
+    rest -= d.apply(density, *exact, context);
   }
-  std::vector<VectorXd> basis{rest.normalized()}, directions;
-  Eigen::MatrixXd hessenberg = Eigen::MatrixXd::Zero(maxIterations + 1, maxIterations);
-  VectorXd cosine(maxIterations), sine(maxIterations), projected = VectorXd::Zero(maxIterations + 1);
-  projected[0] = rest.norm();
-
-  LayerSolution solution;
-  double residual = rest.norm() / scale;
-  const double first = residual;
-  int k = 0;
-  while (k < maxIterations && residual > options.residual) {
-    directions.push_back(inverse.apply(basis[k], equation.lumpedArea()));
-    VectorXd w = equation.apply(directions[k], context);
-    for (int j = 0; j <= k; ++j) {
-      hessenberg(j, k) = w.dot(basis[j]);
-      w -= hessenberg(j, k) * basis[j];
-    }
-    const double length = w.norm();
-    hessenberg(k + 1, k) = length;
-    for (int j = 0; j < k; ++j) {
-      const double upper = hessenberg(j, k), lower = hessenberg(j + 1, k);
-      hessenberg(j, k) = cosine[j] * upper + sine[j] * lower;
-      hessenberg(j + 1, k) = -sine[j] * upper + cosine[j] * lower;
-    }
-    const double radius = std::hypot(hessenberg(k, k), hessenberg(k + 1, k));
-    cosine[k] = hessenberg(k, k) / radius;
-    sine[k] = hessenberg(k + 1, k) / radius;
-    hessenberg(k, k) = radius;
-    hessenberg(k + 1, k) = 0;
-    projected[k + 1] = -sine[k] * projected[k];
-    projected[k] *= cosine[k];
-    ++k;
-    residual = std::abs(projected[k]) / scale;
-    solution.residualHistory.push_back(residual);
-    if (!(length > 0)) break;
-    basis.push_back(w / length);
-    context.progress("solving for the Green's function",
-                     std::clamp(std::log(residual / first) / std::log(options.residual / first), 0.0, 1.0));
+  solution.residual = rest.norm() / scale;
+  while (solution.residual > options.residual &&
+         static_cast<int>(solution.residualHistory.size()) < options.maxIterations) {
+    const double goal = scale * std::max(0.5 * options.residual, kInnerReduction * solution.residual);
+    density += d.correct(rest, goal, scale, *cheap, options, solution, context);
+    rest = rightHandSide - d.apply(density, *exact, context);
+    const double reached = rest.norm() / scale;
+    // Refinement that no longer helps has met the accuracy of the sums.
+    const bool stalled = !(reached < 0.5 * solution.residual);
+    solution.residual = reached;
+    if (stalled) break;
   }
-  const VectorXd y = hessenberg.topLeftCorner(k, k).triangularView<Eigen::Upper>().solve(projected.head(k));
-  for (int j = 0; j < k; ++j) density += y[j] * directions[j];
+  rest.cwiseAbs().maxCoeff(&solution.worstVertex);
   solution.density.assign(density.data(), density.data() + density.size());
-  if (!(residual <= options.residual)) {
-    throw Error(
-        Errc::notConverged,
-        "the Green's function did not converge: residual " + formatHistory(solution.residualHistory) +
-            " after " + std::to_string(k) +
-            " iterations; the mesh probably has needles or nearly touching sheets: remesh it more evenly");
-  }
   return solution;
 }
 

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "polestar/core/detail/parallel.h"
+#include "polestar/green/detail/leaf_groups.h"
 
 namespace polestar::detail {
 namespace {
@@ -167,70 +168,23 @@ MultipoleField::MultipoleField(const PointCharges& charges, int order, double fi
       charges_(sortedCharges(sources_, charges.charge, charges.squaredSoftening)),
       local_(locals(sources_, targets_, charges_, Translations(order), context)) {}
 
-// Calls evaluate(leaf, indices, points) for the points of each leaf, blocks of points in parallel.
-template <class Evaluate>
-void MultipoleField::forGroups(std::span<const Vec3> points, const Context& context,
-                               Evaluate&& evaluate) const {
-  constexpr std::size_t kPointBlock = 256;
-  auto block = [&](std::size_t begin, std::size_t end) {
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> leafOf(end - begin);
-    for (std::size_t i = begin; i < end; ++i)
-      leafOf[i - begin] = {targets_.locate(sources_.cube(), points[i]), static_cast<std::uint32_t>(i)};
-    std::sort(leafOf.begin(), leafOf.end());
-    std::vector<Vec3> group;
-    std::vector<std::uint32_t> index;
-    for (std::size_t i = 0; i < leafOf.size();) {
-      const std::uint32_t leaf = leafOf[i].first;
-      group.clear();
-      index.clear();
-      for (; i < leafOf.size() && leafOf[i].first == leaf; ++i) {
-        index.push_back(leafOf[i].second);
-        group.push_back(points[leafOf[i].second]);
-      }
-      evaluate(leaf, index, group);
-    }
-  };
-  if (points.size() <= kPointBlock) {
-    context.throwIfCancelled();
-    block(0, points.size());
-  } else {
-    parallelChunks(points.size(), kPointBlock, context, block);
-  }
-}
-
 void MultipoleField::evaluate(std::span<const Vec3> points, std::span<double> potential,
                               std::span<Vec3> gradient, const Context& context) const {
-  forGroups(points, context,
-            [&](std::uint32_t leaf, const std::vector<std::uint32_t>& index, const std::vector<Vec3>& group) {
-              std::vector<double> value(group.size());
-              std::vector<Vec3> slope(group.size());
-              sumPotentialAndGradient(gather(charges_, targets_.near(leaf)), group, value, slope);
-              addLocalPotentialAndGradient(order_, frameOf(sources_.cube(), targets_.boxes()[leaf]),
-                                           &local_[expansionSize(order_) * leaf], group, value.data(),
-                                           slope.data());
-              for (std::size_t i = 0; i < group.size(); ++i) {
-                potential[index[i]] = value[i];
-                gradient[index[i]] = slope[i];
-              }
-            });
-}
-
-void MultipoleField::evaluatePotential(std::span<const Vec3> points, std::span<double> potential,
-                                       const Context& context) const {
-  forGroups(points, context,
-            [&](std::uint32_t leaf, const std::vector<std::uint32_t>& index, const std::vector<Vec3>& group) {
-              std::vector<double> value(group.size()), x, y, z;
-              for (const Vec3& p : group) {
-                x.push_back(p[0]);
-                y.push_back(p[1]);
-                z.push_back(p[2]);
-              }
-              sumPotential(gather(charges_, targets_.near(leaf)), group, value);
-              addLocalPotential(order_, frameOf(sources_.cube(), targets_.boxes()[leaf]),
-                                &local_[expansionSize(order_) * leaf],
-                                {x.data(), y.data(), z.data(), group.size()}, value.data());
-              for (std::size_t i = 0; i < group.size(); ++i) potential[index[i]] = value[i];
-            });
+  auto leaf = [&](std::uint32_t b, std::span<const std::uint32_t> indices, std::span<const Vec3> group) {
+    std::vector<double> value(group.size());
+    std::vector<Vec3> slope(group.size());
+    sumPotentialAndGradient(gather(charges_, targets_.near(b)), group, value, slope);
+    addLocalPotentialAndGradient(order_, frameOf(sources_.cube(), targets_.boxes()[b]),
+                                 &local_[expansionSize(order_) * b], group, value.data(), slope.data());
+    for (std::size_t i = 0; i < group.size(); ++i) {
+      potential[indices[i]] = value[i];
+      gradient[indices[i]] = slope[i];
+    }
+  };
+  forPointBlocks(points.size(), context, [&](std::size_t begin, std::size_t end) {
+    visitLeafGroups(
+        points, begin, end, [&](const Vec3& p) { return targets_.locate(sources_.cube(), p); }, leaf);
+  });
 }
 
 }  // namespace polestar::detail

@@ -46,14 +46,8 @@ class MultipoleField final : public ChargeField {
   /// @pre the points lie in the charges' bounding cube, or as good as in it.
   void evaluate(std::span<const Vec3> points, std::span<double> potential, std::span<Vec3> gradient,
                 const Context& context) const override;
-  /// The potential alone, cheaper.
-  void evaluatePotential(std::span<const Vec3> points, std::span<double> potential,
-                         const Context& context) const;
 
  private:
-  template <class Evaluate>
-  void forGroups(std::span<const Vec3> points, const Context& context, Evaluate&& evaluate) const;
-
   int order_;
   SourceTree sources_;
   TargetTree targets_;

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "polestar/green/detail/near_kernels.h"
 #include "polestar/mesh/tri_mesh.h"
 
 namespace polestar::detail {
@@ -63,7 +64,7 @@ class NearField {
   /// A density, linear on the triangles, in the form that the sums read.
   class Density {
     friend class NearField;
-    std::vector<std::array<double, 4>>
+    std::vector<std::array<double, kNearDensity>>
         affine_;  ///< a triangle: value at its first corner, slopes in its frame
   };
   Density density(std::span<const double> atVertices) const;
@@ -89,7 +90,6 @@ class NearField {
 
  private:
   friend class NearCandidates;
-  static constexpr std::size_t kRecord = 20;
   struct NearTriangle;
   struct Block;
 
@@ -100,7 +100,7 @@ class NearField {
                      Compute compute) const;
 
   std::vector<Sphere> spheres_;
-  std::vector<std::array<double, kRecord>> records_;
+  std::vector<std::array<double, kNearRecord>> records_;
   std::vector<Triangle> corners_;       ///< as in the records: edge 0 is the longest
   std::vector<std::uint8_t> rotation_;  ///< which corner of the mesh's triangle is corner 0 of the record
   double squaredSoftening_;

@@ -81,7 +81,7 @@ POLESTAR_INTO_CLONES void loadPoints(const ExpansionFrame& frame, const PointVie
                                      LanePoints& p) {
   const double inverse = 1 / frame.scale;
   Lanes x{}, y{}, z{};
-  for (int l = 0; l < kLanes; ++l) {
+  for (int l = 0; l < kLaneCount; ++l) {
     const std::size_t i = std::min(begin + l, points.count - 1);
     x[l] = points.x[i];
     y[l] = points.y[i];
@@ -92,7 +92,7 @@ POLESTAR_INTO_CLONES void loadPoints(const ExpansionFrame& frame, const PointVie
   p.z = (z - frame.center[2]) * inverse;
 }
 POLESTAR_INTO_CLONES void loadCharges(const double* charge, std::size_t begin, std::size_t count, Lanes& q) {
-  for (int l = 0; l < kLanes; ++l) q[l] = begin + l < count ? charge[begin + l] : 0.0;
+  for (int l = 0; l < kLaneCount; ++l) q[l] = begin + l < count ? charge[begin + l] : 0.0;
 }
 
 // Coefficients of the derivatives of a local expansion, degree one less.
@@ -141,7 +141,7 @@ void addMultipole(int order, const ExpansionFrame& frame, const PointView& point
   for (std::size_t i = 0; i < size; ++i) sums[i] = Lanes{};
   LanePoints p{};
   Lanes q{};
-  for (std::size_t begin = 0; begin < points.count; begin += kLanes) {
+  for (std::size_t begin = 0; begin < points.count; begin += kLaneCount) {
     loadPoints(frame, points, begin, p);
     loadCharges(charge, begin, points.count, q);
     visitHarmonics(order, p.x, p.y, p.z, q, [&](int i, const Lanes& value) { sums[i] += value; });
@@ -157,13 +157,13 @@ void addLocal(int order, const ExpansionFrame& frame, const PointView& points, c
   for (std::size_t i = 0; i < size; ++i) sums[i] = Lanes{};
   LanePoints p{};
   Lanes q{};
-  for (std::size_t begin = 0; begin < points.count; begin += kLanes) {
+  for (std::size_t begin = 0; begin < points.count; begin += kLaneCount) {
     loadPoints(frame, points, begin, p);
     loadCharges(charge, begin, points.count, q);
     // By inversion: R_i(y)/|y|^(2n+1) = R_i(y/|y|^2)/|y|.
     const Lanes squared = p.x * p.x + p.y * p.y + p.z * p.z, inverse = 1 / squared;
     Lanes zero{};
-    for (int l = 0; l < kLanes; ++l) zero[l] = std::sqrt(inverse[l]);
+    for (int l = 0; l < kLaneCount; ++l) zero[l] = std::sqrt(inverse[l]);
     zero *= q;
     visitHarmonics(order, p.x * inverse, p.y * inverse, p.z * inverse, zero,
                    [&](int i, const Lanes& value) { sums[i] += value; });
@@ -176,12 +176,12 @@ void addLocalPotential(int order, const ExpansionFrame& frame, const double* loc
                        double* potential) {
   const double inverse = 1 / frame.scale;
   LanePoints p{};
-  for (std::size_t begin = 0; begin < points.count; begin += kLanes) {
+  for (std::size_t begin = 0; begin < points.count; begin += kLaneCount) {
     loadPoints(frame, points, begin, p);
     Lanes sum{};
     visitHarmonics(order, p.x, p.y, p.z, Lanes{} + inverse,
                    [&](int i, const Lanes& value) { sum += local[i] * value; });
-    const std::size_t end = std::min(points.count, begin + kLanes);
+    const std::size_t end = std::min(points.count, begin + kLaneCount);
     for (std::size_t i = begin; i < end; ++i) potential[i] += sum[i - begin];
   }
 }
@@ -193,9 +193,9 @@ void addLocalPotentialAndGradient(int order, const ExpansionFrame& frame, const 
   Derivatives d;
   derive(order, local, d);
   const int derived = order * order;  // coefficients of the derivatives
-  for (std::size_t begin = 0; begin < points.size(); begin += kLanes) {
+  for (std::size_t begin = 0; begin < points.size(); begin += kLaneCount) {
     Lanes x{}, y{}, z{};
-    for (int l = 0; l < kLanes; ++l) {
+    for (int l = 0; l < kLaneCount; ++l) {
       const Vec3& point = points[std::min(begin + l, points.size() - 1)];
       x[l] = point[0];
       y[l] = point[1];
@@ -212,7 +212,7 @@ void addLocalPotentialAndGradient(int order, const ExpansionFrame& frame, const 
       gy += d.y[i] * value;
       gz += d.z[i] * value;
     });
-    const std::size_t end = std::min(points.size(), begin + kLanes);
+    const std::size_t end = std::min(points.size(), begin + kLaneCount);
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t l = i - begin;
       potential[i] += sum[l];

@@ -10,7 +10,7 @@ namespace polestar::detail {
 namespace {
 
 // Sixteen translations go together.
-constexpr int kBatch = 2 * kLanes;
+constexpr int kBatch = 2 * kLaneCount;
 struct Column {
   Lanes a, b;
 };

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "polestar/mesh/closed_surface.h"
-#include "polestar/mesh/detail/edge_table.h"
+#include "polestar/core/detail/edge_table.h"
 
 namespace polestar::detail {
 

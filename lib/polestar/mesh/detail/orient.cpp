@@ -1,6 +1,6 @@
 #include "polestar/mesh/detail/orient.h"
 
-#include "polestar/mesh/detail/edge_table.h"
+#include "polestar/core/detail/edge_table.h"
 
 namespace polestar::detail {
 

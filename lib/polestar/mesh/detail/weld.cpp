@@ -5,7 +5,7 @@
 #include <bit>
 #include <tuple>
 
-#include "polestar/mesh/detail/edge_table.h"
+#include "polestar/core/detail/edge_table.h"
 
 namespace polestar::detail {
 namespace {

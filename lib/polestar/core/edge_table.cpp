@@ -1,4 +1,4 @@
-#include "polestar/mesh/detail/edge_table.h"
+#include "polestar/core/detail/edge_table.h"
 
 #include <algorithm>
 
