@@ -14,11 +14,12 @@ namespace polestar::cli {
 struct MapChoices {
   SphereMapKind boundary = SphereMapKind::conformal;
   CoreMode core = CoreMode::smooth;
-  std::string solver = "layer";
+  GreenSolver solver = GreenSolver::layer;
+  MfsMode mfs = MfsMode::paper;
   std::optional<Vec3> center;
 };
 
-/// Adds --boundary, --core, --solver and --center.
+/// Adds --boundary, --core, --solver, --mfs and --center.
 void addMapOptions(CLI::App& app, MapChoices& choices);
 
 /// A .pmap, or the .vdb that lies beside one.

@@ -55,7 +55,7 @@ TEST(GreenFunction, BallWithOffCenterPoleConvergesToTheKelvinImage) {
   EXPECT_LT(fine, 2e-3);
   // Second order in the edge length: halving it, as a level does, divides the error by four.
   EXPECT_GT(coarse / fine, 3);
-  EXPECT_NEAR(green.charge(), -1, 1e-4);
+  EXPECT_NEAR(green.charge().value(), -1, 1e-4);
   EXPECT_NEAR(green.harmonicRadius() * green.shape().frame().unit, exact.harmonicRadius(), 1e-3);
   EXPECT_EQ(green.record().unresolvedArea, 0);
 }
@@ -166,8 +166,7 @@ TEST(GreenFunction, SameBytesForAnyNumberOfThreads) {
 
 TEST(GreenFunction, RestoredFromItsDensityItIsTheSame) {
   const GreenFunction green = solveGreen(starShape(smoothStar(2)));
-  const GreenFunction again = restoreGreen(green.shape(), green.layerMesh(),
-                                           {green.density().begin(), green.density().end()}, green.record());
+  const GreenFunction again = restoreGreen(green.shape(), green.sources(), green.record());
   const Vec3 x(0.1, 0.2, -0.3);
   double a, b;
   Vec3 gradient;
@@ -211,7 +210,7 @@ TEST(GreenFunction, RealModelsKeepTheirBoundaryAndCharge) {
   for (const char* name : {"castalia.obj", "psyche.obj", "sylvia.off", "castalia_bump_2.obj"}) {
     const GreenFunction green = solveGreen(testing::starShapeFromFile(*testing::meshFolder() / name));
     EXPECT_LT(green.boundaryError().max, 1e-2) << name;
-    EXPECT_NEAR(green.charge(), -1, 1e-3) << name;
+    EXPECT_NEAR(green.charge().value(), -1, 1e-3) << name;
   }
 }
 

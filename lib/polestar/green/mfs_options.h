@@ -60,7 +60,7 @@ struct MfsSummary {
   /// Sources that would have come to lie inside the solid, across a dent narrower than the offset: left out,
   /// since h has to be harmonic there.
   std::size_t leftOut = 0;
-  double offset = 0;  ///< largest, in diagonals of the bounding box
+  double offset = 0;  ///< largest distance of a source from the surface, inner unit
   double cutoff = 0;  ///< of the singular values, relative to the largest
   std::size_t rank = 0;
   double condition = 0;  ///< largest singular value over the smallest

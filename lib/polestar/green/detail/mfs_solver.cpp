@@ -44,6 +44,22 @@ void refuseWhatDoesNotFit(std::size_t equations, std::size_t sources, const MfsO
   context.log(LogLevel::info, std::string("method of fundamental solutions: ") + size);
 }
 
+// Share of the area around vertices where G grows outward, which it never does.
+double wrongSignShare(const TriMesh& mesh, const HarmonicField& field) {
+  const std::vector<Vec3> normals = vertexNormals(mesh);
+  const std::vector<double> area = vertexAreas(mesh);
+  std::vector<double> h(mesh.vertices.size());
+  std::vector<Vec3> gradient(mesh.vertices.size());
+  field.evaluate(mesh.vertices, h, gradient);
+  double wrong = 0, total = 0;
+  for (std::size_t i = 0; i < area.size(); ++i) {
+    const Vec3& x = mesh.vertices[i];
+    total += area[i];
+    if (!(normals[i].dot(gradient[i] - x / std::pow(x.norm(), 3)) < 0)) wrong += area[i];
+  }
+  return wrong / total;
+}
+
 // Sources over `base`, without those that would lie inside.
 PointSources placeSources(const TriMesh& mesh, const std::vector<Vec3>& normals, const InsideStar& solid,
                           std::span<const std::size_t> base, std::span<const double> offset) {
@@ -200,6 +216,30 @@ MfsSolution solveMfs(const TriMesh& mesh, const MfsOptions& options, const Conte
                                                         : solveSmooth(mesh, count, options, context);
   solution.summary.mode = options.mode;
   return solution;
+}
+
+GreenFunction solveGreenByCharges(const StarShape& shape, const MfsOptions& options, const Context& context) {
+  const auto startTime = std::chrono::steady_clock::now();
+  const TriMesh& mesh = shape.mesh();
+  MfsSolution solution = solveMfs(mesh, options, context);
+  const PointChargeField field(solution.sources);
+  GreenRecord record;
+  record.summary.solver = "mfs";
+  record.summary.passes = 1;
+  record.summary.residual = solution.residual;
+  record.mfs = solution.summary;
+  record.harmonicRadius = harmonicRadiusOf(field);
+  record.boundaryError = measureBoundary(
+                             mesh,
+                             [&](std::span<const Vec3> points, std::span<double> h) {
+                               field.evaluatePotential(points, h, context);
+                             },
+                             record.harmonicRadius)
+                             .error;
+  record.unresolvedArea = wrongSignShare(mesh, field);
+  record.summary.seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - startTime).count();
+  return restoreGreen(shape, std::move(solution.sources), std::move(record));
 }
 
 }  // namespace polestar::detail
