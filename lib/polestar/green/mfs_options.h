@@ -16,14 +16,11 @@ enum class MfsMode {
   /// The paper's: sources at a constant offset, the equation at the vertices, an SVD.
   paper,
   /// Takes the mesh for samples of a smooth surface. Offsets are bounded by the local reach (the radius of
-  /// the
-  /// largest ball that touches the surface from outside), sources are dense where it is small, and the
-  /// largest
-  /// offset and the cutoff of the SVD are those that do best at vertices held out of the equation. There the
-  /// error
-  /// falls exponentially with the number of sources. On the flat triangles between the vertices G is not 0
-  /// but what
-  /// it is on chords of the smooth surface, and the boundary error, which is that of the mesh, says so.
+  /// the largest ball that touches the surface from outside), sources are dense where it is small, and the
+  /// largest offset and the cutoff of the SVD are those that do best at vertices held out of a first
+  /// equation. There the error falls exponentially with the number of sources. On the flat triangles between
+  /// the vertices G is not 0 but what it is on chords of the smooth surface, and the boundary error, which is
+  /// that of the mesh, says so.
   smooth
 };
 
@@ -66,8 +63,8 @@ struct MfsSummary {
   double condition = 0;  ///< largest singular value over the smallest
   /// Largest rho |G| at the very points that the equation was posed at: less than it is elsewhere.
   double collocationError = 0;
-  /// Smooth: largest rho |G| at the held-out vertices, which lie on the smooth surface as the others do: how
-  /// far G is from that of the smooth solid. Otherwise 0.
+  /// Smooth: largest rho |G| at the held-out vertices before they joined the equation. They lie on the smooth
+  /// surface as the others do: it tells, from above, how far G is from that of the smooth solid. Otherwise 0.
   double heldOutError = 0;
 };
 

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <optional>
 
 #include "polestar/core/detail/parallel.h"
 #include "polestar/core/error.h"
@@ -19,11 +18,10 @@
 namespace polestar::detail {
 namespace {
 
-// Largest offsets that the smooth mode tries, in inner units, while the error at held-out vertices falls; and
-// cutoffs, from one decomposition. Larger offsets resolve more with fewer sources until singularities of the
-// continued h get between them and the surface; cutoffs trade resolution for smaller charges, whose rounding
-// errors cancel less.
-constexpr double kOffsets[] = {0.05, 0.1, 0.2, 0.4, 0.8};
+// What the smooth mode tries: largest offsets, in inner units, and cutoffs, from one decomposition. Larger
+// offsets resolve more with fewer sources until singularities of the continued h get between them and the
+// surface; lower cutoffs use more of the sources until rounding errors of their large charges show.
+constexpr double kOffsets[] = {0.2, 0.4, 0.8};
 constexpr double kCutoffs[] = {1e-8, 1e-10, 1e-12, 1e-14};
 
 void refuseWhatDoesNotFit(std::size_t equations, std::size_t sources, const MfsOptions& options,
@@ -61,11 +59,12 @@ double wrongSignShare(const TriMesh& mesh, const HarmonicField& field) {
 }
 
 // Sources over `base`, without those that would lie inside.
-PointSources placeSources(const TriMesh& mesh, const std::vector<Vec3>& normals, const InsideStar& solid,
-                          std::span<const std::size_t> base, std::span<const double> offset) {
+PointSources placeSources(std::span<const Vec3> surface, std::span<const Vec3> normals,
+                          const InsideStar& solid, std::span<const std::size_t> base,
+                          std::span<const double> offset) {
   PointSources sources;
   for (const std::size_t i : base) {
-    const Vec3 p = mesh.vertices[i] + offset[i] * normals[i];
+    const Vec3 p = surface[i] + offset[i] * normals[i];
     if (!solid.contains(p)) sources.positions.push_back(p);
   }
   return sources;
@@ -130,8 +129,8 @@ MfsSolution solvePaper(const TriMesh& mesh, std::size_t count, const MfsOptions&
   const std::size_t n = mesh.vertices.size();
   refuseWhatDoesNotFit(n, count, options, context);
   const std::vector<std::size_t> base = spreadPoints(mesh.vertices, std::vector<double>(n, 1.0), count);
-  PointSources sources =
-      placeSources(mesh, vertexNormals(mesh), InsideStar(mesh), base, std::vector<double>(n, offset));
+  PointSources sources = placeSources(mesh.vertices, vertexNormals(mesh), InsideStar(mesh), base,
+                                      std::vector<double>(n, offset));
   const SvdLeastSquares decomposition =
       decompose(mesh.vertices, sources.positions, "solving for the Green's function", context);
   sources.charges = chargesOf(decomposition, options.cutoff);
@@ -159,50 +158,80 @@ std::vector<double> exteriorReach(const TriMesh& mesh, const std::vector<Vec3>& 
   return reach;
 }
 
-MfsSolution solveSmooth(const TriMesh& mesh, std::size_t count, const MfsOptions& options,
-                        const Context& context) {
-  const std::size_t n = mesh.vertices.size();
-  count = std::min(count, static_cast<std::size_t>(options.largestSources));
-  const auto heldOut =
-      std::clamp<std::size_t>(static_cast<std::size_t>(options.heldOutShare * static_cast<double>(n)), 1,
-                              static_cast<std::size_t>(options.largestSources));
-  std::vector<char> isHeldOut(n, 0);
-  for (const std::size_t i : spreadPoints(mesh.vertices, std::vector<double>(n, 1.0), heldOut))
-    isHeldOut[i] = 1;
-  std::vector<Vec3> equation, test;
-  for (std::size_t i = 0; i < n; ++i) (isHeldOut[i] ? test : equation).push_back(mesh.vertices[i]);
-  count = std::min(count, equation.size());
-  refuseWhatDoesNotFit(equation.size(), count, options, context);
+// Samples of a smooth surface: vertices, or some of them.
+struct SmoothSamples {
+  std::vector<Vec3> points, normals;
+  std::vector<double> reach;
 
-  const std::vector<Vec3> normals = vertexNormals(mesh);
-  const std::vector<double> reach = exteriorReach(mesh, normals, context);
-  const InsideStar solid(mesh);
-  std::optional<MfsSolution> best;
-  for (const double largestOffset : kOffsets) {
-    std::vector<double> offset(n);
-    for (std::size_t i = 0; i < n; ++i) offset[i] = std::min(largestOffset, options.reachShare * reach[i]);
-    // Sources as dense as they are near: their granularity decays over the offset.
-    PointSources sources =
-        placeSources(mesh, normals, solid, spreadPoints(mesh.vertices, offset, count), offset);
+  SmoothSamples where(const std::vector<char>& chosen, char value) const {
+    SmoothSamples part;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (chosen[i] != value) continue;
+      part.points.push_back(points[i]);
+      part.normals.push_back(normals[i]);
+      part.reach.push_back(reach[i]);
+    }
+    return part;
+  }
+};
+
+// Sources over samples, as dense as they are near: their granularity decays over the offset.
+PointSources sourcesWithin(double largestOffset, const SmoothSamples& samples, std::size_t count,
+                           const InsideStar& solid, const MfsOptions& options) {
+  std::vector<double> offset = samples.reach;
+  for (double& d : offset) d = std::min(largestOffset, options.reachShare * d);
+  return placeSources(samples.points, samples.normals, solid, spreadPoints(samples.points, offset, count),
+                      offset);
+}
+
+struct SmoothChoice {
+  double offset = 0, cutoff = 0, error = std::numeric_limits<double>::infinity();
+};
+
+// Tries offsets and cutoffs without the samples that are held out, and judges by those.
+SmoothChoice chooseByHeldOut(const SmoothSamples& samples, std::size_t count, const InsideStar& solid,
+                             const MfsOptions& options, const Context& context) {
+  const std::size_t n = samples.points.size();
+  const auto share = static_cast<std::size_t>(options.heldOutShare * static_cast<double>(n));
+  const std::size_t heldOut =
+      std::clamp<std::size_t>(share, 1, static_cast<std::size_t>(options.largestSources));
+  std::vector<char> isHeldOut(n, 0);
+  for (const std::size_t i : spreadPoints(samples.points, std::vector<double>(n, 1.0), heldOut))
+    isHeldOut[i] = 1;
+  const SmoothSamples equation = samples.where(isHeldOut, 0), judge = samples.where(isHeldOut, 1);
+  count = std::min(count, equation.points.size());
+  SmoothChoice best;
+  for (const double offset : kOffsets) {
+    PointSources sources = sourcesWithin(offset, equation, count, solid, options);
     char stage[80];
-    std::snprintf(stage, sizeof stage, "solving for the Green's function, sources within %g", largestOffset);
-    const SvdLeastSquares decomposition = decompose(equation, sources.positions, stage, context);
-    double bestError = std::numeric_limits<double>::infinity(), bestCutoff = 0;
+    std::snprintf(stage, sizeof stage, "trying sources within %g for the Green's function", offset);
+    const SvdLeastSquares decomposition = decompose(equation.points, sources.positions, stage, context);
     for (const double cutoff : kCutoffs) {
       sources.charges = chargesOf(decomposition, cutoff);
-      const double error = misfit(sources, test, context).largest;
-      if (error < bestError) {
-        bestError = error;
-        bestCutoff = cutoff;
-      }
+      const double error = misfit(sources, judge.points, context).largest;
+      if (error < best.error) best = {offset, cutoff, error};
     }
-    if (best && !(bestError < best->summary.heldOutError)) break;
-    sources.charges = chargesOf(decomposition, bestCutoff);
-    best = finish(std::move(sources), count, decomposition, bestCutoff, equation, context);
-    best->summary.offset = largestOffset;
-    best->summary.heldOutError = bestError;
   }
-  return *std::move(best);
+  return best;
+}
+
+MfsSolution solveSmooth(const TriMesh& mesh, std::size_t count, const MfsOptions& options,
+                        const Context& context) {
+  count = std::min(count, static_cast<std::size_t>(options.largestSources));
+  refuseWhatDoesNotFit(mesh.vertices.size(), count, options, context);
+  SmoothSamples samples{mesh.vertices, vertexNormals(mesh), {}};
+  samples.reach = exteriorReach(mesh, samples.normals, context);
+  const InsideStar solid(mesh);
+  const SmoothChoice choice = chooseByHeldOut(samples, count, solid, options, context);
+  PointSources sources = sourcesWithin(choice.offset, samples, count, solid, options);
+  const SvdLeastSquares decomposition =
+      decompose(samples.points, sources.positions, "solving for the Green's function", context);
+  sources.charges = chargesOf(decomposition, choice.cutoff);
+  MfsSolution solution =
+      finish(std::move(sources), count, decomposition, choice.cutoff, samples.points, context);
+  solution.summary.offset = choice.offset;
+  solution.summary.heldOutError = choice.error;
+  return solution;
 }
 
 }  // namespace

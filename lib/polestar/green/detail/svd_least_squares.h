@@ -1,10 +1,10 @@
 #pragma once
 // Dense least squares by the singular value decomposition: what the paper solves its charges with.
 //
-// Householder QR, bidiagonalization of R and implicit QR on the bidiagonal matrix [Golub & Van Loan,
-// ch. 8.6], specialized to one right-hand side: of the singular vectors only the reflections and rotations
-// are kept that make them up, which saves two thirds of the work. Eigen's and LAPACK's routines can neither
-// be cancelled nor be held to the same bytes for any number of threads; these can.
+// Householder QR, bidiagonalization of R and implicit QR on the bidiagonal matrix [Golub & Van Loan, ch.
+// 8.6], specialized to one right-hand side: of the singular vectors only the reflections and rotations are
+// kept that make them up, which saves two thirds of the work. Eigen's and LAPACK's routines can neither be
+// cancelled nor be held to the same bytes for any number of threads; these can.
 
 #include <Eigen/Core>
 #include <string>
@@ -47,11 +47,11 @@ class SvdLeastSquares {
   void diagonalize(const Context& context);
   void sweep(Eigen::Index first, Eigen::Index last, double shift);
 
-  Eigen::MatrixXd
-      reflectors_;  // column j below its diagonal: right reflector j, which begins with a 1 at row j + 1
+  // Column j below its diagonal holds right reflector j, which begins with a 1 at row j + 1.
+  Eigen::MatrixXd reflectors_;
   Eigen::VectorXd reflectorScales_;
-  Eigen::VectorXd diagonal_,
-      superdiagonal_;                // of the bidiagonal matrix; in the end singular values with signs
+  // The bidiagonal matrix; in the end the diagonal holds the singular values, with signs.
+  Eigen::VectorXd diagonal_, superdiagonal_;
   Eigen::VectorXd rightHandSide_;    // turned along
   std::vector<Rotation> rotations_;  // of the right singular vectors
   std::vector<Sweep> sweeps_;
