@@ -1,5 +1,5 @@
 // polestar info: what a file holds. Grids of a .vdb with their metadata, the facts of a .pmap, or counts and
-// box of a mesh.
+// box of a mesh. And what --device can name.
 
 #include <algorithm>
 #include <array>
@@ -13,6 +13,7 @@
 #include "cli/solid_input.h"
 #include "cli/text.h"
 #include "commands.h"
+#include "polestar/core/compute_device.h"
 #include "polestar/core/error.h"
 #include "polestar/map/map_file.h"
 #include "polestar/vdb/solid_grids.h"
@@ -154,23 +155,47 @@ void describeMesh(const fs::path& path, Session& session) {
                          {}, "  ");
 }
 
+void describeDevices(Session& session) {
+  const ComputeDevices found = listComputeDevices();
+  Json& list = session.json()["devices"] = Json::array();
+  std::vector<std::vector<std::string>> rows{
+      {"--device", "name", "platform", "kind", "doubles", "units", "memory"}};
+  for (const ComputeDevice& device : found.devices) {
+    const std::string choice = "opencl:" + std::to_string(list.size());
+    list.push_back({{"device", choice},
+                    {"name", device.name},
+                    {"platform", device.platform},
+                    {"gpu", device.gpu},
+                    {"double_precision", device.doublePrecision},
+                    {"compute_units", device.computeUnits},
+                    {"memory_bytes", device.memoryBytes}});
+    rows.push_back({choice, device.name, device.platform, device.gpu ? "GPU" : "other",
+                    device.doublePrecision ? "yes" : "no", grouped(device.computeUnits),
+                    byteSize(device.memoryBytes)});
+  }
+  if (found.devices.empty()) session.json()["reason"] = found.reason;
+  session.text() = found.devices.empty() ? "no OpenCL device: " + found.reason + "\n" : table(rows, {5, 6});
+}
+
 class InfoCommand final : public Command {
  public:
   Description description() const override {
-    return {"info", "What a file holds: grids of a .vdb, facts of a .pmap, counts and box of a mesh",
+    return {"info",
+            "What a file holds: grids of a .vdb, facts of a .pmap, counts and box of a mesh; or --devices",
             "Write the answer to FILE instead of standard output", "polestar info asteroid.vdb"};
   }
 
   void addOptions(CLI::App& app) override {
-    app.add_option("FILE", file_, "A .vdb, a .pmap, or a mesh: .obj, .ply, .stl or .off")
-        ->required()
-        ->type_name("");
+    app.add_option("FILE", file_, "A .vdb, a .pmap, or a mesh: .obj, .ply, .stl or .off")->type_name("");
+    app.add_flag("--devices", devices_, "List what --device of other commands can name, instead of a file");
   }
 
   void run(Session& session) override {
-    session.addInput(file_);
+    if (file_.empty() != devices_) throw Error(Errc::usage, "name one FILE, or ask for --devices");
+    if (!devices_) session.addInput(file_);
     session.sendAnswerToOutput();
     if (session.options().dryRun) return describePlan(session);
+    if (devices_) return describeDevices(session);
     switch (fileKind(file_)) {
       case FileKind::grids:
         return describeGrids(file_, session);
@@ -183,6 +208,7 @@ class InfoCommand final : public Command {
 
  private:
   fs::path file_;
+  bool devices_ = false;
 };
 
 }  // namespace

@@ -39,6 +39,12 @@ void addMapOptions(CLI::App& app, MapChoices& choices) {
          "the vertices lie on")
       ->transform(CLI::CheckedTransformer(kMfsModes).description(""))
       ->type_name("KIND");
+  app.add_option("--tolerance", choices.tolerance,
+                 "Error of rho G aimed at on the surface; the solver splits triangles until it holds")
+      ->check(CLI::PositiveNumber.description(""))
+      ->capture_default_str()
+      ->type_name("E");
+  addDeviceOption(app, choices.device);
   addCenterOption(app, choices.center);
 }
 
@@ -82,6 +88,7 @@ void describeMap(const BallMap& map, Session& session) {
   json["charge"] = record.charge ? Json(*record.charge) : Json();
   json["green"] = {{"iterations", record.summary.iterations},
                    {"passes", record.summary.passes},
+                   {"device", record.summary.device},
                    {"residual", record.summary.residual},
                    {"accuracy", record.accuracy},
                    {"stop", record.summary.stop},
@@ -117,9 +124,11 @@ BallMap makeMap(const std::filesystem::path& mesh, const MapChoices& choices, Se
   const StarShape shape = verifyStarShape(solid.surface, StarOptions{.center = solid.star.center, .rays = 0});
   MapOptions options;
   options.boundary = choices.boundary;
+  options.green.tolerance = choices.tolerance;
   options.ball.core = choices.core;
   options.green.solver = choices.solver;
   options.green.mfs.mode = choices.mfs;
+  options.green.device = choices.device;
   MapTimings timings;
   BallMap map = mapToBall(shape, options, session.context(), &timings);
   session.noteSeconds("green", timings.green);

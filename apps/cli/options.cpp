@@ -62,6 +62,22 @@ void addCenterOption(CLI::App& app, std::optional<Vec3>& center) {
                  "Use this center (mesh units) instead of searching; it is verified too");
 }
 
+void addDeviceOption(CLI::App& app, DeviceChoice& device) {
+  const auto store = [&device](const std::string& text) {
+    try {
+      device = parseDeviceChoice(text);
+    } catch (const Error& error) {
+      throw CLI::ValidationError("--device", error.what());
+    }
+  };
+  app.add_option_function<std::string>(
+         "--device", store,
+         "Where sums over all pairs run: cpu (default) or opencl, which takes the first GPU, else the first "
+         "device; opencl:NAME one of polestar info --devices, by its number or a part of its name. Without "
+         "a working device the CPU does it, and -v says why")
+      ->type_name("DEVICE");
+}
+
 CLI::Option* addPointOption(CLI::App& app, const std::string& name, std::optional<Vec3>& value,
                             const std::string& help) {
   const auto store = [name, &value](const std::string& text) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "polestar/core/compute_device.h"
 #include "polestar/core/types.h"
 
 namespace polestar::cli {
@@ -25,6 +26,9 @@ void addCommonOptions(CLI::App& app, CommonOptions& options, const std::string& 
 
 /// Adds --center x,y,z.
 void addCenterOption(CLI::App& app, std::optional<Vec3>& center);
+
+/// Adds --device cpu|opencl[:NAME].
+void addDeviceOption(CLI::App& app, DeviceChoice& device);
 
 /// Adds an option whose value is a point or vector "x,y,z".
 CLI::Option* addPointOption(CLI::App& app, const std::string& name, std::optional<Vec3>& value,

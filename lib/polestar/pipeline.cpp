@@ -2,6 +2,8 @@
 
 #include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <string>
 
 #include "polestar/core/version.h"
 
@@ -29,6 +31,13 @@ BallMap mapToBall(const StarShape& shape, const MapOptions& options, Context& co
   });
   if (!sphere.fallbackReason.empty()) context.log(LogLevel::warning, sphere.fallbackReason);
   const GreenFunction green = timed(seconds.green, [&] { return solveGreen(shape, options.green, context); });
+  if (const double share = green.record().unresolvedArea; share > 0) {
+    char percent[16];
+    std::snprintf(percent, sizeof percent, "%.2g", 100 * share);
+    context.log(LogLevel::warning, std::string("on ") + percent +
+                                       " % of the surface double precision does not resolve Green's function "
+                                       "(narrow parts far from the center): coordinates there are noise");
+  }
   const GreenChart chart = timed(seconds.trace, [&] { return traceChart(green, options.chart, context); });
   BallMap map = timed(seconds.trace, [&] { return BallMap(chart, std::move(sphere), options.ball); });
   if (!map.coreFallbackReason().empty()) context.log(LogLevel::warning, map.coreFallbackReason());

@@ -38,7 +38,7 @@ bool isHeader(const fs::path& file) { return file.extension() == ".h" || file.ex
 
 /// What takes seconds to parse, or ties users of our headers to a library that we may replace.
 bool isHeavy(const std::string& include) {
-  static const std::regex kHeavy("(openvdb|embree3|OpenImageIO|tbb|oneapi|ceres|nlohmann)/.*");
+  static const std::regex kHeavy("(openvdb|embree3|OpenImageIO|tbb|oneapi|ceres|nlohmann|CL)/.*");
   return std::regex_match(include, kHeavy);
 }
 

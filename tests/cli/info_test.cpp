@@ -5,6 +5,7 @@
 #include "polestar/mesh/shapes.h"
 #include "polestar/vdb/solid_grids.h"
 #include "run_tool.h"
+#include "support/opencl.h"
 
 namespace polestar::testing {
 namespace {
@@ -81,6 +82,28 @@ TEST_F(Info, DamagedGridsEndWith3) {
     EXPECT_EQ(run.exitCode, 3) << run.err;
     EXPECT_THAT(run.err, AllOf(StartsWith("polestar info: "), HasSubstr("damaged.vdb")));
   }
+}
+
+TEST_F(Info, DevicesAreListedAsTheOptionNamesThem) {
+  const auto& devices = openClDevices().devices;
+  const ToolRun run = runTool({"info", "--devices", "--json"});
+  EXPECT_EQ(run.exitCode, 0) << run.err;
+  const auto json = run.json();
+  ASSERT_EQ(json["devices"].size(), devices.size());
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    EXPECT_EQ(json["devices"][i]["device"], "opencl:" + std::to_string(i));
+    EXPECT_EQ(json["devices"][i]["name"], devices[i].name);
+    EXPECT_EQ(json["devices"][i]["double_precision"], devices[i].doublePrecision);
+    EXPECT_THAT(runTool({"info", "--devices"}).out, HasSubstr(devices[i].name));
+  }
+}
+
+TEST_F(Info, WithoutDevicesTheReasonIsGiven) {
+  const ToolSettings none{.environment = {{"OCL_ICD_VENDORS", "/nowhere"}}};
+  if (!runTool({"info", "--devices", "--json"}, none).json()["devices"].empty())
+    GTEST_SKIP() << "this OpenCL loader finds its drivers otherwise";
+  EXPECT_THAT(runTool({"info", "--devices"}, none).out, StartsWith("no OpenCL device: "));
+  EXPECT_NE(runTool({"info", "--devices", "--json"}, none).json()["reason"], "");
 }
 
 TEST_F(Info, MissingFilesAndFoldersEndWith3) {

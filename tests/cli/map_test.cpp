@@ -6,6 +6,7 @@
 
 #include "polestar/mesh/shapes.h"
 #include "run_tool.h"
+#include "support/opencl.h"
 
 namespace polestar::testing {
 namespace {
@@ -113,6 +114,32 @@ TEST_F(MappedBall, EvalIsTheSameFromMeshMapAndGrids) {
     EXPECT_EQ(fromMesh[name], fromMap[name]) << name;
     EXPECT_EQ(fromMap[name], fromGrids[name]) << name;
   }
+}
+
+TEST_F(MappedBall, ADeviceThatIsNotThereMeansTheCpuAndVerboseSaysSo) {
+  const ToolSettings points{.input = "0.3 0.2 -0.1\n"};
+  const auto onCpu = runTool({"eval", mesh_, "--points", "-", "--json"}, points).json();
+  const ToolRun run =
+      runTool({"eval", mesh_, "--points", "-", "--json", "--device", "opencl:no such", "-v"}, points);
+  EXPECT_EQ(run.exitCode, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("no OpenCL device: sums run on the CPU"));
+  EXPECT_EQ(run.json()["green"], onCpu["green"]);
+  EXPECT_EQ(run.json()["ball"], onCpu["ball"]);
+  const ToolRun calm = runTool({"eval", mesh_, "--points", "-", "--device", "opencl:no such"}, points);
+  EXPECT_EQ(calm.err, "");
+}
+
+TEST_F(MappedBall, ADeviceGivesTheSameMap) {
+  POLESTAR_REQUIRE_OPENCL();
+  const ToolRun run = runTool(
+      {"map", mesh_, "-o", *folder_ / "device.vdb", "--dim", "32", "--json", "-v", "--device", "opencl"});
+  EXPECT_EQ(run.exitCode, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("run on the OpenCL device"));
+  EXPECT_EQ(made_.json()["green"]["device"], "cpu");
+  EXPECT_NE(run.json()["green"]["device"], "cpu");
+  const double radius = made_.json()["harmonic_radius"];
+  EXPECT_NEAR(run.json()["harmonic_radius"].get<double>(), radius, 1e-5 * radius);
+  for (const char* file : {"device.vdb", "device.pmap"}) fs::remove(folder_->path() / file);
 }
 
 TEST_F(MappedBall, EvalAsTextIsOneLineAPoint) {

@@ -80,6 +80,9 @@ TEST(Usage, MistakesAreNamedAndEndWith2) {
   expectUsageError({"map", "a.obj", "-o", "a.vdb", "--boundary", "square"}, "--boundary");
   expectUsageError({"map", "a.obj", "-o", "a.vdb", "--core", "hard"}, "--core");
   expectUsageError({"map", "a.obj", "-o", "a.vdb", "--solver", "magic"}, "--solver");
+  expectUsageError({"map", "a.obj", "-o", "a.vdb", "--device", "gpu"}, "\"gpu\"");
+  expectUsageError({"info"}, "FILE");
+  expectUsageError({"info", "a.obj", "--devices"}, "--devices");
   expectUsageError({"eval", "a.obj"}, "--points is required");
   expectUsageError({"render", "a.pmap"}, "-o OUT.png is missing");
   expectUsageError({"render", "a.pmap", "-o", "a.jpg"}, "does not end in .png");

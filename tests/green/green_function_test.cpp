@@ -131,23 +131,55 @@ TEST(GreenFunction, AtTheCenterItIsInfinite) {
   EXPECT_EQ(green.ballRadius(value), 0);
 }
 
-TEST(GreenFunction, RefinementBringsTheBoundaryErrorDown) {
-  // A star polyhedron with reentrant edges, where the density is unbounded.
-  const TriMesh mesh =
-      radialShape(2, [](const Vec3& w) { return w.cwiseAbs().maxCoeff() > 0.85 ? 1.0 : 0.55; });
-  const StarShape shape = starShape(mesh);
+TEST(GreenFunction, SplitsUntilTheToleranceHolds) {
+  const StarShape shape = starShape(halfBall(12), kHalfBallPole);
   GreenOptions options;
-  options.tolerance = 1e-9;  // never reached: all passes are used
   options.maxPasses = 1;
-  const double first = solveGreen(shape, options).boundaryError().rms;
-  options.maxPasses = 3;
-  options.growth = 20;
+  const GreenFunction first = solveGreen(shape, options);
+  EXPECT_GT(first.boundaryError().max, 3 * options.tolerance);
+  EXPECT_EQ(first.record().summary.stop, "passes spent");
+  options.maxPasses = 8;
   const GreenFunction refined = solveGreen(shape, options);
-  EXPECT_LT(refined.boundaryError().rms, 0.5 * first);
-  EXPECT_EQ(refined.record().summary.passes, 3);
+  EXPECT_LE(refined.boundaryError().max, options.tolerance);
+  EXPECT_EQ(refined.record().summary.stop, "tolerance reached");
+  EXPECT_NEAR(refined.charge().value(), -1, 1e-4);
   for (std::size_t i = 0; i < shape.mesh().vertices.size(); ++i) {
     ASSERT_EQ(refined.layerMesh().vertices[i], shape.mesh().vertices[i]);
   }
+}
+
+TEST(GreenFunction, SaysWhenTheBudgetIsSpent) {
+  GreenOptions options;
+  options.tolerance = 1e-5;
+  options.growth = 1;
+  options.spareVertices = 200;
+  const StarShape shape = starShape(halfBall(12), kHalfBallPole);
+  const GreenFunction green = solveGreen(shape, options);
+  EXPECT_EQ(green.record().summary.stop, "budget spent");
+  EXPECT_GT(green.boundaryError().max, options.tolerance);
+  EXPECT_LE(green.layerMesh().vertices.size(), shape.mesh().vertices.size() + 200);
+}
+
+TEST(GreenFunction, NarrowPartsKeepTheirDigits) {
+  // A bar of 6 x 1 x 1: G falls by e^(-pi sqrt(2) 2.5) = 1.5e-5 from the middle to half a width before its
+  // end, and once more towards it: the residual that is good enough elsewhere would be noise there.
+  constexpr double kLength = 6;
+  TriMesh mesh = cube(24);
+  for (Vec3& v : mesh.vertices) v = Vec3(kLength / 2 * v[0], 0.5 * v[1], 0.5 * v[2]);
+  const GreenFunction green = solveGreen(starShape(mesh, Vec3(0, 0, 0)));
+  EXPECT_LT(green.record().accuracy, 1e-7);
+  EXPECT_LE(green.record().summary.residual, green.record().accuracy);
+  EXPECT_LT(green.record().unresolvedArea, 0.01);
+  // On the axis ln G is straight, with the slope of the first mode of a square tube.
+  const double unit = green.shape().frame().unit;
+  std::vector<Vec3> points;
+  for (const double x : {1.3, 1.8, 2.3}) points.push_back(Vec3(x, 0, 0) / unit);
+  std::vector<double> value(points.size());
+  std::vector<Vec3> gradient(points.size());
+  green.evaluate(points, value, gradient);
+  const double slope = std::numbers::pi * std::numbers::sqrt2;
+  EXPECT_NEAR(std::log(value[0] / value[1]) / 0.5, slope, 0.02 * slope);
+  EXPECT_NEAR(std::log(value[1] / value[2]) / 0.5, slope, 0.02 * slope);
 }
 
 TEST(GreenFunction, SameBytesForAnyNumberOfThreads) {
@@ -198,7 +230,8 @@ TEST(GreenFunction, RejectsImpossibleOptions) {
   for (auto spoil : std::initializer_list<void (*)(GreenOptions&)>{
            [](GreenOptions& o) { o.residual = 0; }, [](GreenOptions& o) { o.maxIterations = 0; },
            [](GreenOptions& o) { o.neighbours = 0; }, [](GreenOptions& o) { o.tolerance = -1; },
-           [](GreenOptions& o) { o.growth = 0.5; }, [](GreenOptions& o) { o.maxPasses = 0; }}) {
+           [](GreenOptions& o) { o.growth = 0.5; }, [](GreenOptions& o) { o.maxPasses = 0; },
+           [](GreenOptions& o) { o.spareVertices = -1; }}) {
     GreenOptions options;
     spoil(options);
     EXPECT_THROW(solveGreen(shape, options), Error);
@@ -209,8 +242,8 @@ TEST(GreenFunction, RealModelsKeepTheirBoundaryAndCharge) {
   POLESTAR_REQUIRE_MESHES();
   for (const char* name : {"castalia.obj", "psyche.obj", "sylvia.off", "castalia_bump_2.obj"}) {
     const GreenFunction green = solveGreen(testing::starShapeFromFile(*testing::meshFolder() / name));
-    EXPECT_LT(green.boundaryError().max, 1e-2) << name;
-    EXPECT_NEAR(green.charge().value(), -1, 1e-3) << name;
+    EXPECT_LE(green.boundaryError().max, 1e-3) << name;
+    EXPECT_NEAR(green.charge().value(), -1, 1e-4) << name;
   }
 }
 

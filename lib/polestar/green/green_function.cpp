@@ -15,6 +15,7 @@ void GreenOptions::validate() const {
   if (!(residual > 0 && residual < 1)) throw Error(Errc::usage, "GreenOptions: residual must lie in (0, 1)");
   if (maxPasses < 1) throw Error(Errc::usage, "GreenOptions: maxPasses must be positive");
   if (!(growth >= 1)) throw Error(Errc::usage, "GreenOptions: growth must be at least 1");
+  if (spareVertices < 0) throw Error(Errc::usage, "GreenOptions: spareVertices must not be negative");
   if (maxIterations < 1) throw Error(Errc::usage, "GreenOptions: maxIterations must be positive");
   if (neighbours < 1) throw Error(Errc::usage, "GreenOptions: neighbours must be positive");
   mfs.validate();

@@ -14,6 +14,7 @@
 #include <variant>
 #include <vector>
 
+#include "polestar/core/compute_device.h"
 #include "polestar/core/context.h"
 #include "polestar/green/mfs_options.h"
 #include "polestar/star/star_shape.h"
@@ -52,8 +53,13 @@ struct GreenOptions {
   /// rho |G| aimed at on the surface: the layer's triangles are split, and the equation solved again, until
   /// all samples are below it or a limit is reached. Creases and corners need it.
   double tolerance = 1e-3;
-  int maxPasses = 6;  ///< solves
-  double growth = 2;  ///< the layer may have this many times the vertices of the surface (and 1000 more)
+  int maxPasses = 8;  ///< solves
+  /// The budget: the layer may have `growth` times the vertices of the surface, and `spareVertices` more.
+  double growth = 2;
+  int spareVertices = 30000;
+  /// Where the sums over all pairs of a solve run. Devices round differently: results agree to 1e-6, on one
+  /// without doubles to 1e-5. One that is absent or fails is replaced by the CPU, and the log says so.
+  DeviceChoice device;
   /// Relative, at which GMRES stops, and to which sums are exact. Narrow parts, where the density is small,
   /// tighten it by themselves, down to 1e-11.
   double residual = 1e-6;
@@ -66,6 +72,7 @@ struct GreenOptions {
 /// What the solver did.
 struct GreenSummary {
   std::string solver;  ///< "layer" or "mfs"
+  std::string device;  ///< that summed to the end: "cpu" or an OpenCL device's name; not kept in map files
   int iterations = 0;  ///< over all passes
   int passes = 0;
   double residual = 0;  ///< relative, at the end

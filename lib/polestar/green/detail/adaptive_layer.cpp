@@ -11,6 +11,7 @@
 #include "polestar/core/error.h"
 #include "polestar/green/detail/bisect.h"
 #include "polestar/green/detail/boundary_error.h"
+#include "polestar/green/detail/device_sums.h"
 #include "polestar/green/detail/layer_field.h"
 
 namespace polestar::detail {
@@ -20,14 +21,20 @@ namespace {
 class LayerRun {
  public:
   LayerRun(const StarShape& shape, const GreenOptions& options, Context& context)
-      : shape_(shape), options_(options), context_(context), mesh_(shape.mesh()) {
+      : shape_(shape),
+        options_(options),
+        context_(context),
+        mesh_(shape.mesh()),
+        device_(PairDevice::open(options.device, context)) {
     record_.summary.solver = "layer";
-    record_.accuracy = options.residual;
+    // Until the splits are done a residual well below the tolerance is enough.
+    record_.accuracy = std::max(options.residual, 0.01 * options.tolerance);
   }
 
   SolvedLayer run() {
     const auto start = std::chrono::steady_clock::now();
-    const double largest = options_.growth * static_cast<double>(mesh_.vertices.size()) + 1000;
+    const double largest =
+        options_.growth * static_cast<double>(mesh_.vertices.size()) + options_.spareVertices;
     for (;;) {
       solve();
       if (record_.boundaryError.max <= options_.tolerance) {
@@ -43,13 +50,13 @@ class LayerRun {
         break;
       }
     }
-    resolveNarrowParts();
+    finish();
     const std::vector<double> area = vertexAreas(mesh_);
     double charge = 0;
     for (std::size_t i = 0; i < area.size(); ++i) charge += area[i] * density_[i];
     record_.charge = charge;
-    record_.summary.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    record_.summary.device = device_ && device_->works() ? device_->name() : "cpu";
+    record_.summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return {std::move(mesh_), std::move(density_), std::move(record_)};
   }
 
@@ -64,16 +71,19 @@ class LayerRun {
 
   void iterate() {
     const LayerSolution solution = equation_->solve(
-        density_, {.residual = record_.accuracy, .maxIterations = options_.maxIterations}, context_);
+        density_, {.residual = record_.accuracy, .maxIterations = options_.maxIterations, .device = device_},
+        context_);
     record_.summary.iterations += static_cast<int>(solution.residualHistory.size());
     record_.summary.residualHistory = solution.residualHistory;
     record_.summary.residual = solution.residual;
     if (!(solution.residual <= record_.accuracy)) {
-      const Vec3 place = shape_.frame().toWorld(mesh_.vertices[static_cast<std::size_t>(solution.worstVertex)]);
-      throw Error(Errc::notConverged,
-                  "the Green's function did not converge: residual " +
-                      formatHistory(solution.residualHistory) + ", largest near " + formatPoint(place) +
-                      "; the mesh probably has needles or nearly touching sheets there: remesh it more evenly");
+      const Vec3 place =
+          shape_.frame().toWorld(mesh_.vertices[static_cast<std::size_t>(solution.worstVertex)]);
+      throw Error(
+          Errc::notConverged,
+          "the Green's function did not converge: residual " + formatHistory(solution.residualHistory) +
+              ", largest near " + formatPoint(place) +
+              "; the mesh probably has needles or nearly touching sheets there: remesh it more evenly");
     }
     density_ = solution.density;
   }
@@ -83,7 +93,7 @@ class LayerRun {
     const NearField::Density density = quadrature_->near().density(density_);
     const std::vector<double> charge = quadrature_->chargesFor(density_);
     auto potential = [&](std::span<const Vec3> points, std::span<double> h) {
-      makeSums(quadrature_->places(), points, 0.01 * options_.tolerance)
+      makeSums(quadrature_->places(), points, 0.01 * options_.tolerance, device_)
           ->potential(charge, h, context_);
       quadrature_->addNearPotential(points, density, h, context_);
     };
@@ -126,17 +136,18 @@ class LayerRun {
     return true;
   }
 
-  // Along a narrow part the density falls exponentially, and with it what the potential must be exact to.
-  void resolveNarrowParts() {
+  // To the residual that was asked for, or the smaller one that narrow parts need: along them the density
+  // falls exponentially, and with it what the potential must be exact to.
+  void finish() {
     constexpr double kFinest = 1e-11;
     constexpr int kAttempts = 3;
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
-      const double needed = std::max(kFinest, 0.1 * kNoise * smallestFlux());
+      const double needed = std::min(options_.residual, std::max(kFinest, 0.1 * kNoise * smallestFlux()));
       if (needed >= record_.accuracy) break;
       record_.accuracy = needed;
       iterate();
-      measure();
     }
+    measure();
     record_.unresolvedArea = unresolvedArea();
   }
 
@@ -191,6 +202,7 @@ class LayerRun {
   std::shared_ptr<const LayerQuadrature> quadrature_;
   std::optional<LayerEquation> equation_;
   MeasuredBoundary measured_;
+  std::shared_ptr<PairDevice> device_;
   GreenRecord record_;
 };
 

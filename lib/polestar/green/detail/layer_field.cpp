@@ -6,6 +6,7 @@
 
 #include "polestar/core/detail/edge_table.h"
 #include "polestar/core/detail/parallel.h"
+#include "polestar/green/detail/device_sums.h"
 #include "polestar/green/detail/leaf_groups.h"
 #include "polestar/green/detail/multipole.h"
 
@@ -14,6 +15,9 @@ namespace {
 
 // Below this many pairs the direct sum is the faster one (tests/bench/multipole_bench.cpp).
 constexpr double kDirectPairs = 1.5e7;
+// Whoever asks for a device gets it up to this many pairs, those of 10,000 vertices. Beyond, the fast
+// multipole method leaves it behind: without a GPU, PoCL on two cores takes half a second for them.
+constexpr double kDevicePairs = 1e9;
 // A field is asked for many points: its plan pays earlier.
 constexpr std::size_t kDirectCharges = 1500;
 
@@ -80,9 +84,14 @@ void LayerQuadrature::addNearPotential(std::span<const Vec3> points, const NearF
 }
 
 std::unique_ptr<PotentialSums> makeSums(const PointCharges& places, std::span<const Vec3> targets,
-                                        double accuracy) {
-  if (static_cast<double>(places.size()) * static_cast<double>(targets.size()) < kDirectPairs)
-    return std::make_unique<DirectSums>(places, std::vector<Vec3>(targets.begin(), targets.end()));
+                                        double accuracy, const std::shared_ptr<PairDevice>& device) {
+  const double pairs = static_cast<double>(places.size()) * static_cast<double>(targets.size());
+  const bool asked = device && device->accuracy() <= accuracy && pairs < kDevicePairs;
+  if (asked || pairs < kDirectPairs) {
+    std::vector<Vec3> points(targets.begin(), targets.end());
+    if (asked) return std::make_unique<DeviceSums>(device, places, std::move(points));
+    return std::make_unique<DirectSums>(places, std::move(points));
+  }
   return std::make_unique<MultipoleSums>(places, targets, orderFor(accuracy));
 }
 

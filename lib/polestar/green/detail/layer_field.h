@@ -53,10 +53,13 @@ class LayerQuadrature {
   std::unique_ptr<const NearIndex> nearIndex_;
 };
 
-/// Sums over the layer's charges at fixed targets: pair by pair while that is faster, else by the fast
-/// multipole method with errors near `accuracy`, relative to the largest potential.
+class PairDevice;
+
+/// Sums over the layer's charges at fixed targets, with errors near `accuracy`, relative to the largest
+/// potential: pair by pair on `device` (null: none) while it is exact enough and the pairs are not too many,
+/// pair by pair on the CPU while that is faster, else by the fast multipole method.
 std::unique_ptr<PotentialSums> makeSums(const PointCharges& places, std::span<const Vec3> targets,
-                                        double accuracy);
+                                        double accuracy, const std::shared_ptr<PairDevice>& device);
 /// The same for a field.
 std::unique_ptr<ChargeField> makeField(PointCharges charges, double accuracy, double finest,
                                        const Context& context);
@@ -76,9 +79,10 @@ class LayerField final : public HarmonicField {
 };
 
 struct LayerSolveOptions {
-  double residual = 1e-6;   ///< relative, to stop at
-  int maxIterations = 200;  ///< over all restarts
-  int neighbours = 30;      ///< size of the preconditioner's local inverses
+  double residual = 1e-6;                ///< relative, to stop at
+  int maxIterations = 200;               ///< over all restarts
+  int neighbours = 30;                   ///< size of the preconditioner's local inverses
+  std::shared_ptr<PairDevice> device{};  ///< that may sum over all pairs; null: the CPU
 };
 
 /// Result of the first-kind equation  S sigma = -1/|x|  on a surface around the origin.

@@ -146,8 +146,7 @@ struct LayerEquation::Data {
   // `rest` to `goal`. [Saad & Schultz 1986]
   VectorXd correct(const VectorXd& rest, double goal, double scale, const PotentialSums& sums,
                    const LayerSolveOptions& options, LayerSolution& solution, Context& context) const {
-    const int most =
-        std::max(1, options.maxIterations - static_cast<int>(solution.residualHistory.size()));
+    const int most = std::max(1, options.maxIterations - static_cast<int>(solution.residualHistory.size()));
     std::vector<VectorXd> basis{rest.normalized()}, directions;
     Eigen::MatrixXd hessenberg = Eigen::MatrixXd::Zero(most + 1, most);
     VectorXd cosine(most), sine(most), projected = VectorXd::Zero(most + 1);
@@ -176,15 +175,14 @@ struct LayerEquation::Data {
       projected[k] *= cosine[k];
       ++k;
       solution.residualHistory.push_back(std::abs(projected[k]) / scale);
-      context.progress("solving for the Green's function",
-                       std::clamp(std::log(std::max(solution.residualHistory.back(), 1e-300)) /
-                                      std::log(options.residual),
-                                  0.0, 1.0));
+      context.progress(
+          "solving for the Green's function",
+          std::clamp(std::log(std::max(solution.residualHistory.back(), 1e-300)) / std::log(options.residual),
+                     0.0, 1.0));
       if (!(length > 0)) break;
       basis.push_back(w / length);
     }
-    const VectorXd y =
-        hessenberg.topLeftCorner(k, k).triangularView<Eigen::Upper>().solve(projected.head(k));
+    const VectorXd y = hessenberg.topLeftCorner(k, k).triangularView<Eigen::Upper>().solve(projected.head(k));
     VectorXd correction = VectorXd::Zero(rest.size());
     for (int j = 0; j < k; ++j) correction += y[j] * directions[j];
     return correction;
@@ -213,9 +211,9 @@ LayerSolution LayerEquation::solve(const std::vector<double>& initial, const Lay
                                    Context& context) const {
   const Data& d = *data_;
   const std::unique_ptr<PotentialSums> exact =
-      makeSums(d.quadrature->places(), d.targets, 0.3 * options.residual);
+      makeSums(d.quadrature->places(), d.targets, 0.3 * options.residual, options.device);
   const std::unique_ptr<PotentialSums> cheap =
-      makeSums(d.quadrature->places(), d.targets, std::max(kInnerAccuracy, options.residual));
+      makeSums(d.quadrature->places(), d.targets, std::max(kInnerAccuracy, options.residual), options.device);
   const VectorXd rightHandSide = d.rightHandSide();
   const double scale = rightHandSide.norm();  // residuals are relative to it, wherever we start from
   LayerSolution solution;

@@ -254,6 +254,7 @@ GreenFunction solveGreenByCharges(const StarShape& shape, const MfsOptions& opti
   const PointChargeField field(solution.sources);
   GreenRecord record;
   record.summary.solver = "mfs";
+  record.summary.device = "cpu";
   record.summary.passes = 1;
   record.summary.residual = solution.residual;
   record.mfs = solution.summary;

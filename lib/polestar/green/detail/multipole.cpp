@@ -17,8 +17,7 @@ constexpr std::size_t kBoxChunk = 32;
 
 std::vector<Vec3> positions(const PointCharges& charges) {
   std::vector<Vec3> result(charges.size());
-  for (std::size_t i = 0; i < result.size(); ++i)
-    result[i] = Vec3(charges.x[i], charges.y[i], charges.z[i]);
+  for (std::size_t i = 0; i < result.size(); ++i) result[i] = Vec3(charges.x[i], charges.y[i], charges.z[i]);
   return result;
 }
 

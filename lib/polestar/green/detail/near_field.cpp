@@ -7,7 +7,7 @@
 
 namespace polestar::detail {
 
-using enum NearLayout::Field;
+using namespace near_layout;
 
 struct NearField::NearTriangle {
   std::uint32_t triangle;

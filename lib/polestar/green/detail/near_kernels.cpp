@@ -10,7 +10,7 @@ namespace polestar::detail {
 namespace {
 
 // Every lane's function takes the first field of its triangle; the others are kBlock apart.
-using enum NearLayout::Field;
+using namespace near_layout;
 constexpr std::size_t kBlock = kNearBlock;
 using Vector = NearPoint;
 
@@ -114,11 +114,10 @@ struct Terms {
   double x, y, z;       // of the point; z > 0 on the outer side
   double apex, height;  // of the triangle
   double inverse1, inverse2;
-  double r0, r1, r2;  // distances of the corners
-  double offset1,
-      offset2;  // of edges' lines from the foot of the point, positive inside of them (y for edge 0)
-  double log0, log1, log2;            // integrals of 1/|x - y| along the edges
-  double angled;                      // |z| times the solid angle
+  double r0, r1, r2;        // distances of the corners
+  double offset1, offset2;  // of the lines of edges 1 and 2 from the foot of the point, positive inside
+  double log0, log1, log2;  // integrals of 1/|x - y| along the edges
+  double angled;            // |z| times the solid angle
   double constant, linearU, linearV;  // integrals of 1/|x - y| and of (y - foot)/|x - y| over the triangle
 };
 

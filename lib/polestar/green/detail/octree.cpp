@@ -77,11 +77,7 @@ ExpansionFrame frameOf(const Cube& cube, const OctreeBox& box) {
 }
 
 SortedPoints::SortedPoints(std::span<const Vec3> points, const Cube& cube)
-    : keys_(points.size()),
-      order_(points.size()),
-      x_(points.size()),
-      y_(points.size()),
-      z_(points.size()) {
+    : keys_(points.size()), order_(points.size()), x_(points.size()), y_(points.size()), z_(points.size()) {
   std::vector<std::pair<std::uint64_t, std::uint32_t>> sorted(points.size());
   for (std::size_t i = 0; i < points.size(); ++i)
     sorted[i] = {keyOf(cellOf(cube, points[i])), static_cast<std::uint32_t>(i)};
@@ -208,7 +204,8 @@ void TargetTree::build(const SourceTree& sources, Split&& split) {
         std::vector<std::uint32_t> refined;
         for (const std::uint32_t s : left) {
           if (source[s].isLeaf()) refined.push_back(s);
-          for (std::uint32_t c = 0; c < source[s].childCount; ++c) refined.push_back(source[s].firstChild + c);
+          for (std::uint32_t c = 0; c < source[s].childCount; ++c)
+            refined.push_back(source[s].firstChild + c);
         }
         boxes_[b].firstChild = static_cast<std::uint32_t>(boxes_.size());
         boxes_[b].childCount = static_cast<std::uint32_t>(children.size());

@@ -24,15 +24,13 @@ Cube enclosingCube(std::span<const Vec3> points);
 struct OctreeBox {
   std::array<std::uint32_t, 3> cell{};
   std::uint32_t level = 0;
-  std::uint32_t begin = 0, end = 0;               ///< its points, in the tree's order
-  std::uint32_t firstChild = 0, childCount = 0;   ///< children are neighbours in the list of boxes
+  std::uint32_t begin = 0, end = 0;              ///< its points, in the tree's order
+  std::uint32_t firstChild = 0, childCount = 0;  ///< children are neighbours in the list of boxes
 
   bool isLeaf() const { return childCount == 0; }
   std::uint32_t count() const { return end - begin; }
   /// Place within the parent, as Translations counts: bit k is the upper half along axis k.
-  int octant() const {
-    return static_cast<int>((cell[0] & 1) | ((cell[1] & 1) << 1) | ((cell[2] & 1) << 2));
-  }
+  int octant() const { return static_cast<int>((cell[0] & 1) | ((cell[1] & 1) << 1) | ((cell[2] & 1) << 2)); }
 };
 
 ExpansionFrame frameOf(const Cube& cube, const OctreeBox& box);

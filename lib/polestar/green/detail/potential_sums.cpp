@@ -15,10 +15,15 @@ constexpr std::size_t kPointBlock = 32;
 DirectSums::DirectSums(PointCharges places, std::vector<Vec3> targets)
     : places_(std::move(places)), targets_(std::move(targets)) {}
 
+PointCharges DirectSums::withCharges(std::span<const double> charge) const {
+  PointCharges charges = places_;  // a copy, since callers on other threads bring other charges
+  charges.charge.assign(charge.begin(), charge.end());
+  return charges;
+}
+
 void DirectSums::potential(std::span<const double> charge, std::span<double> potential,
                            const Context& context) const {
-  PointCharges charges = places_;  // callers on other threads bring other charges
-  charges.charge.assign(charge.begin(), charge.end());
+  const PointCharges charges = withCharges(charge);
   parallelChunks(targets_.size(), kPointBlock, context, [&](std::size_t begin, std::size_t end) {
     sumPotential(charges, std::span(targets_).subspan(begin, end - begin),
                  potential.subspan(begin, end - begin));

@@ -37,6 +37,9 @@ class DirectSums final : public PotentialSums {
  public:
   /// Of `places`, positions and softening count.
   DirectSums(PointCharges places, std::vector<Vec3> targets);
+  std::span<const Vec3> targets() const { return targets_; }
+  /// The places with these charges.
+  PointCharges withCharges(std::span<const double> charge) const;
   void potential(std::span<const double> charge, std::span<double> potential,
                  const Context& context) const override;
 
@@ -49,6 +52,7 @@ class DirectSums final : public PotentialSums {
 class DirectChargeField final : public ChargeField {
  public:
   explicit DirectChargeField(PointCharges charges);
+  const PointCharges& charges() const { return charges_; }
   void evaluate(std::span<const Vec3> points, std::span<double> potential, std::span<Vec3> gradient,
                 const Context& context) const override;
 

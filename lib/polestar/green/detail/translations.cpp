@@ -9,72 +9,66 @@
 namespace polestar::detail {
 namespace {
 
-// Sixteen translations go together.
+// Sixteen translations go together, eight when there are not more.
 constexpr int kBatch = 2 * kLaneCount;
+template <int kWidth>
 struct Column {
-  Lanes a, b;
+  Lanes v[kWidth];
 };
 
 constexpr int cosIndex(int n, int m) { return n * n + m; }
 constexpr int sinIndex(int n, int m) { return n * n + n + m; }
 
-// out[at(i)] = sum over j of matrix[i rowStride + j columnStride] in[at(j)], four rows at a time.
-template <class Index>
+// out[at(i)] = sum over j of matrix[i rowStride + j columnStride] in[at(j)], for kRows rows from i on.
+template <int kRows, int kWidth, class Index>
+POLESTAR_INTO_CLONES void multiplyRows(int i, int size, const double* matrix, int rowStride, int columnStride,
+                                       const Column<kWidth>* in, Column<kWidth>* out, Index&& at) {
+  const double* row[kRows];
+  Lanes sum[kRows][kWidth];
+  for (int r = 0; r < kRows; ++r) {
+    row[r] = matrix + (i + r) * rowStride;
+    for (int w = 0; w < kWidth; ++w) sum[r][w] = Lanes{};
+  }
+  for (int j = 0; j < size; ++j) {
+    const Column<kWidth>& column = in[at(j)];
+    for (int r = 0; r < kRows; ++r) {
+      const double factor = row[r][j * columnStride];
+      for (int w = 0; w < kWidth; ++w) sum[r][w] += factor * column.v[w];
+    }
+  }
+  for (int r = 0; r < kRows; ++r) {
+    for (int w = 0; w < kWidth; ++w) out[at(i + r)].v[w] = sum[r][w];
+  }
+}
+
+template <int kWidth, class Index>
 POLESTAR_INTO_CLONES void multiply(int size, const double* matrix, int rowStride, int columnStride,
-                                   const Column* in, Column* out, Index&& at) {
+                                   const Column<kWidth>* in, Column<kWidth>* out, Index&& at) {
   int i = 0;
-  for (; i + 4 <= size; i += 4) {
-    const double *r0 = matrix + i * rowStride, *r1 = r0 + rowStride, *r2 = r1 + rowStride,
-                 *r3 = r2 + rowStride;
-    Lanes a0{}, b0{}, a1{}, b1{}, a2{}, b2{}, a3{}, b3{};
-    for (int j = 0; j < size; ++j) {
-      const Column& column = in[at(j)];
-      const int k = j * columnStride;
-      a0 += r0[k] * column.a;
-      b0 += r0[k] * column.b;
-      a1 += r1[k] * column.a;
-      b1 += r1[k] * column.b;
-      a2 += r2[k] * column.a;
-      b2 += r2[k] * column.b;
-      a3 += r3[k] * column.a;
-      b3 += r3[k] * column.b;
-    }
-    out[at(i)] = {a0, b0};
-    out[at(i + 1)] = {a1, b1};
-    out[at(i + 2)] = {a2, b2};
-    out[at(i + 3)] = {a3, b3};
-  }
-  for (; i < size; ++i) {
-    const double* row = matrix + i * rowStride;
-    Lanes a{}, b{};
-    for (int j = 0; j < size; ++j) {
-      const Column& column = in[at(j)];
-      a += row[j * columnStride] * column.a;
-      b += row[j * columnStride] * column.b;
-    }
-    out[at(i)] = {a, b};
-  }
+  for (; i + 4 <= size; i += 4) multiplyRows<4>(i, size, matrix, rowStride, columnStride, in, out, at);
+  for (; i < size; ++i) multiplyRows<1>(i, size, matrix, rowStride, columnStride, in, out, at);
 }
 
 // Turns the azimuth by `sign` times the angle of the tables.
+template <int kWidth>
 POLESTAR_INTO_CLONES void turn(int order, const double* cosine, const double* sine, double sign,
-                               Column* values) {
+                               Column<kWidth>* values) {
   for (int m = 1; m <= order; ++m) {
     const double c = cosine[m], s = sign * sine[m];
     for (int n = m; n <= order; ++n) {
-      Column &even = values[cosIndex(n, m)], &odd = values[sinIndex(n, m)];
-      const Column old = even;
-      even.a = c * old.a + s * odd.a;
-      even.b = c * old.b + s * odd.b;
-      odd.a = c * odd.a - s * old.a;
-      odd.b = c * odd.b - s * old.b;
+      Column<kWidth>&even = values[cosIndex(n, m)], &odd = values[sinIndex(n, m)];
+      for (int w = 0; w < kWidth; ++w) {
+        const Lanes old = even.v[w];
+        even.v[w] = c * old + s * odd.v[w];
+        odd.v[w] = c * odd.v[w] - s * old;
+      }
     }
   }
 }
 
-template <bool kTransposed>
+template <bool kTransposed, int kWidth>
 POLESTAR_INTO_CLONES void tilt(int order, const double* blocks, const std::size_t* blockStart,
-                               const Column* in, Column* out) {
+                               const Column<kWidth>* in, Column<kWidth>* out) {
   out[0] = in[0];
   for (int n = 1; n <= order; ++n) {
     const double* block = blocks + blockStart[n];
@@ -86,7 +80,9 @@ POLESTAR_INTO_CLONES void tilt(int order, const double* blocks, const std::size_
   }
 }
 
-POLESTAR_INTO_CLONES void shift(int order, const double* matrix, const Column* in, Column* out) {
+template <int kWidth>
+POLESTAR_INTO_CLONES void shift(int order, const double* matrix, const Column<kWidth>* in,
+                                Column<kWidth>* out) {
   for (int m = 0; m <= order; ++m) {
     const int size = order + 1 - m;
     multiply(size, matrix, size, 1, in, out, [=](int i) { return cosIndex(m + i, m); });
@@ -102,15 +98,17 @@ struct BatchOperator {
   const std::size_t* blockStart;
 };
 
-POLESTAR_SIMD_CLONES
-void translateBatch(const BatchOperator& op, const double* const* source, double* const* target, int count) {
+template <int kWidth>
+POLESTAR_INTO_CLONES void translateColumns(const BatchOperator& op, const double* const* source,
+                                           double* const* target, int count) {
   constexpr std::size_t kMaxSize = expansionSize(kMaxOrder);
-  Column x[kMaxSize], y[kMaxSize];
+  constexpr int kStride = kWidth * kLaneCount;
+  Column<kWidth> x[kMaxSize], y[kMaxSize];
   const std::size_t size = expansionSize(op.order);
-  for (int l = 0; l < kBatch; ++l) {
+  for (int l = 0; l < kStride; ++l) {
     const double* values = source[std::min(l, count - 1)];
     double* lane = reinterpret_cast<double*>(x) + l;
-    for (std::size_t i = 0; i < size; ++i) lane[i * kBatch] = values[i];
+    for (std::size_t i = 0; i < size; ++i) lane[i * kStride] = values[i];
   }
   turn(op.order, op.cosine, op.sine, 1, x);
   tilt<false>(op.order, op.blocks, op.blockStart, x, y);
@@ -120,7 +118,16 @@ void translateBatch(const BatchOperator& op, const double* const* source, double
   for (int l = 0; l < count; ++l) {
     double* values = target[l];
     const double* lane = reinterpret_cast<const double*>(y) + l;
-    for (std::size_t i = 0; i < size; ++i) values[i] += lane[i * kBatch];
+    for (std::size_t i = 0; i < size; ++i) values[i] += lane[i * kStride];
+  }
+}
+
+POLESTAR_SIMD_CLONES
+void translateBatch(const BatchOperator& op, const double* const* source, double* const* target, int count) {
+  if (count > kLaneCount) {
+    translateColumns<2>(op, source, target, count);
+  } else {
+    translateColumns<1>(op, source, target, count);
   }
 }
 
@@ -166,8 +173,7 @@ class RotationRecursion {
   double element(int l, int m, int k, const std::vector<double>& previous) const {
     auto p = [&](int i, int a) { return product(i, l, a, k, previous); };
     const int size = std::abs(m);
-    const double scale =
-        std::abs(k) == l ? (2.0 * l) * (2 * l - 1) : static_cast<double>(l + k) * (l - k);
+    const double scale = std::abs(k) == l ? (2.0 * l) * (2 * l - 1) : static_cast<double>(l + k) * (l - k);
     double sum = 0;
     if (size < l) sum += std::sqrt((l + m) * (l - m) / scale) * p(0, m);
     const double v = 0.5 * std::sqrt((m == 0 ? 2.0 : 1.0) * (l + size - 1) * (l + size) / scale);
@@ -222,8 +228,7 @@ Translations::Translations(int order) : order_(order) {
     return n < j ? 0.0
                  : std::exp((n - j) * std::log(distance) + half(n, m) - half(j, m) - logFactorial(n - j));
   };
-  const std::size_t toParent =
-      addShift([&](int n, int j, int m) { return std::exp2(-j) * raise(n, j, m); });
+  const std::size_t toParent = addShift([&](int n, int j, int m) { return std::exp2(-j) * raise(n, j, m); });
   const std::size_t toChild =
       addShift([&](int j, int n, int m) { return std::exp2(-j - 1) * raise(n, j, m); });
   for (int octant = 0; octant < 8; ++octant) {

@@ -61,9 +61,9 @@ class Translations {
   int order_;
   std::vector<Tilt> tilts_;
   std::vector<std::array<double, 2>> tiltAngles_;  // cosine and sine, to find a tilt again
-  std::vector<std::vector<double>> shifts_;        // for each order m: a square matrix over degrees m .. order
-  std::vector<std::size_t> blockStart_;            // of degree n in Tilt::blocks
-  std::vector<Operator> toLocal_;                  // by ((x + 3) 7 + y + 3) 7 + z + 3
+  std::vector<std::vector<double>> shifts_;  // for each order m: a square matrix over degrees m .. order
+  std::vector<std::size_t> blockStart_;      // of degree n in Tilt::blocks
+  std::vector<Operator> toLocal_;            // by ((x + 3) 7 + y + 3) 7 + z + 3
   std::array<Operator, 8> toParent_, toChild_;
 };
 
