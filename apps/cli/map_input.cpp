@@ -14,6 +14,10 @@ void addMapOptions(CLI::App& app, MapChoices& choices) {
                                                                 {"radial", SphereMapKind::radial}};
   static const std::map<std::string, CoreMode> kCores{{"smooth", CoreMode::smooth},
                                                       {"paper", CoreMode::paper}};
+  static const std::map<std::string, GreenSolver> kSolvers{{"layer", GreenSolver::layer},
+                                                           {"mfs", GreenSolver::mfs}};
+  static const std::map<std::string, MfsMode> kMfsModes{{"paper", MfsMode::paper},
+                                                        {"smooth", MfsMode::smooth}};
   app.add_option("--boundary", choices.boundary,
                  "How the surface goes onto the sphere: conformal (default) or radial")
       ->transform(CLI::CheckedTransformer(kBoundaries).description(""))
@@ -23,8 +27,17 @@ void addMapOptions(CLI::App& app, MapChoices& choices) {
          "Near the center: smooth (default) turns into a rotation there, paper keeps field lines throughout")
       ->transform(CLI::CheckedTransformer(kCores).description(""))
       ->type_name("KIND");
-  app.add_option("--solver", choices.solver, "For Green's function: layer (default)")
-      ->check(CLI::IsMember({"layer"}).description(""))
+  app.add_option(
+         "--solver", choices.solver,
+         "For Green's function: layer (default) or mfs, point charges outside as in the paper: slower, "
+         "dense, for meshes up to about 10,000 vertices")
+      ->transform(CLI::CheckedTransformer(kSolvers).description(""))
+      ->type_name("KIND");
+  app.add_option(
+         "--mfs", choices.mfs,
+         "Of the solver mfs: paper (default) has the paper's parameters, smooth fits the smooth surface that "
+         "the vertices lie on")
+      ->transform(CLI::CheckedTransformer(kMfsModes).description(""))
       ->type_name("KIND");
   app.add_option("--tolerance", choices.tolerance,
                  "Error of rho G aimed at on the surface; the solver splits triangles until it holds")
@@ -45,6 +58,18 @@ std::filesystem::path mapFileBeside(const std::filesystem::path& path) {
 
 namespace {
 
+Json describeMfs(const MfsSummary& mfs, double unit) {
+  return {{"mode", mfs.mode == MfsMode::paper ? "paper" : "smooth"},
+          {"sources", mfs.sources},
+          {"left_out", mfs.leftOut},
+          {"offset", mfs.offset * unit},
+          {"cutoff", mfs.cutoff},
+          {"rank", mfs.rank},
+          {"reciprocal_condition", mfs.reciprocalCondition},
+          {"collocation_error", mfs.collocationError},
+          {"held_out_error", mfs.mode == MfsMode::smooth ? Json(mfs.heldOutError) : Json()}};
+}
+
 /// The members of `map` that its stages know.
 void describeMap(const BallMap& map, Session& session) {
   const GreenFunction& green = map.chart().green();
@@ -60,16 +85,19 @@ void describeMap(const BallMap& map, Session& session) {
                             {"points", error.points},
                             {"kind", error.bound ? "bound" : "sampled"},
                             {"worst", toJson(green.shape().frame().toWorld(error.worst))}};
-  json["charge"] = record.charge;
+  json["charge"] = record.charge ? Json(*record.charge) : Json();
   json["green"] = {{"iterations", record.summary.iterations},
                    {"passes", record.summary.passes},
                    {"device", record.summary.device},
-                   {"layer_vertices", green.layerMesh().vertices.size()},
                    {"residual", record.summary.residual},
                    {"accuracy", record.accuracy},
                    {"stop", record.summary.stop},
                    {"seconds", record.summary.seconds},
                    {"unresolved_area", record.unresolvedArea}};
+  if (const auto* layer = std::get_if<SurfaceLayer>(&green.sources())) {
+    json["green"]["layer_vertices"] = layer->mesh.vertices.size();
+  }
+  if (record.mfs) json["green"]["mfs"] = describeMfs(*record.mfs, unit);
   json["sphere"] = {{"kind", map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial"},
                     {"flips", map.sphere().flips},
                     {"omega_flips", lines.directionFlips},
@@ -98,6 +126,8 @@ BallMap makeMap(const std::filesystem::path& mesh, const MapChoices& choices, Se
   options.boundary = choices.boundary;
   options.green.tolerance = choices.tolerance;
   options.ball.core = choices.core;
+  options.green.solver = choices.solver;
+  options.green.mfs.mode = choices.mfs;
   options.green.device = choices.device;
   MapTimings timings;
   BallMap map = mapToBall(shape, options, session.context(), &timings);

@@ -14,13 +14,14 @@ namespace polestar::cli {
 struct MapChoices {
   SphereMapKind boundary = SphereMapKind::conformal;
   CoreMode core = CoreMode::smooth;
-  std::string solver = "layer";
+  GreenSolver solver = GreenSolver::layer;
+  MfsMode mfs = MfsMode::paper;
   double tolerance = 1e-3;  ///< of rho |G| on the surface
   std::optional<Vec3> center;
   DeviceChoice device;
 };
 
-/// Adds --boundary, --core, --solver, --tolerance, --device and --center.
+/// Adds --boundary, --core, --solver, --mfs, --tolerance, --device and --center.
 void addMapOptions(CLI::App& app, MapChoices& choices);
 
 /// A .pmap, or the .vdb that lies beside one.

@@ -68,6 +68,38 @@ TEST_F(MappedBall, JsonHasTheMembersOfTheSchema) {
   EXPECT_NEAR(json["charge"].get<double>(), -1, 1e-3);
 }
 
+TEST_F(MappedBall, ThePapersSolverTellsWhatItDid) {
+  const ScratchFolder scratch;
+  const ToolRun run =
+      runTool({"map", mesh_, "-o", scratch / "ball.vdb", "--dim", "24", "--solver", "mfs", "-q", "--json"});
+  ASSERT_EQ(run.exitCode, 0) << run.err;
+  const auto json = run.json();
+  EXPECT_EQ(json["solver"], "mfs");
+  ASSERT_TRUE(json.contains("charge"));
+  EXPECT_TRUE(json["charge"].is_null()) << "the sum of charges outside tells nothing";
+  const auto& mfs = json["green"]["mfs"];
+  EXPECT_EQ(mfs["mode"], "paper");
+  EXPECT_EQ(mfs["sources"], 385) << "0.6 of 642 vertices";
+  EXPECT_GT(json["boundary_error"]["max"].get<double>(), mfs["collocation_error"].get<double>());
+  // The charges are in the .pmap: the traced answer needs them.
+  const ToolSettings points{.input = "0.3 0.2 -0.1\n"};
+  const auto fromMesh =
+      runTool({"eval", mesh_, "--solver", "mfs", "-q", "--points", "-", "--json"}, points).json();
+  const auto fromMap = runTool({"eval", scratch / "ball.pmap", "--points", "-", "--json"}, points).json();
+  for (const char* name : {"ball", "green", "gradient"}) EXPECT_EQ(fromMesh[name], fromMap[name]) << name;
+}
+
+TEST_F(MappedBall, ChargesForASmoothSurfaceSayHowWellTheyDidWhereTheyWereNotAsked) {
+  const ScratchFolder scratch;
+  const ToolRun run = runTool({"map", mesh_, "-o", scratch / "ball.vdb", "--dim", "24", "--solver", "mfs",
+                               "--mfs", "smooth", "-q", "--json"});
+  ASSERT_EQ(run.exitCode, 0) << run.err;
+  const auto mfs = run.json()["green"]["mfs"];
+  EXPECT_EQ(mfs["mode"], "smooth");
+  EXPECT_LT(mfs["held_out_error"].get<double>(), 1e-5);
+  EXPECT_EQ(runTool({"map", mesh_, "-o", scratch / "no.vdb", "--mfs", "rough"}).exitCode, 2);
+}
+
 TEST_F(MappedBall, InfoKnowsBothFiles) {
   const auto grid = runTool({"info", grids(), "--json"}).json();
   std::vector<std::string> names;

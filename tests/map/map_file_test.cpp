@@ -8,6 +8,7 @@
 
 #include "polestar/core/error.h"
 #include "polestar/mesh/shapes.h"
+#include "polestar/pipeline.h"
 #include "support/solids.h"
 
 namespace polestar {
@@ -63,6 +64,32 @@ TEST_F(MapFileTest, HoldsTheMapToTheLastBit) {
   std::vector<Vec3> a(1), b(1);
   TracedBallMap(map()).forward({&x[7], 1}, a);
   TracedBallMap(file.map).forward({&x[7], 1}, b);
+  EXPECT_EQ(a, b);
+}
+
+TEST_F(MapFileTest, HoldsChargesToTheLastBit) {
+  MapOptions options;
+  options.green.solver = GreenSolver::mfs;
+  options.green.mfs.mode = MfsMode::smooth;
+  const BallMap made = mapToBall(testing::starShape(smoothStar(2)), options);
+  const std::string hash = writeMapFile(path_, made);
+  const MapFile file = readMapFile(path_);
+  const GreenFunction &before = made.chart().green(), &after = file.map.chart().green();
+  EXPECT_EQ(std::get<PointSources>(before.sources()).positions,
+            std::get<PointSources>(after.sources()).positions);
+  EXPECT_EQ(std::get<PointSources>(before.sources()).charges,
+            std::get<PointSources>(after.sources()).charges);
+  EXPECT_FALSE(after.charge().has_value());
+  EXPECT_EQ(after.record().summary.solver, "mfs");
+  ASSERT_TRUE(after.record().mfs.has_value());
+  EXPECT_EQ(after.record().mfs->mode, MfsMode::smooth);
+  EXPECT_EQ(after.record().mfs->heldOutError, before.record().mfs->heldOutError);
+  // Written again, and restored again: the same file.
+  EXPECT_EQ(writeMapFile(path_, file.map), hash);
+  const std::vector<Vec3> x = pointsInside(before.shape(), 20);
+  std::vector<Vec3> a(x.size()), b(x.size());
+  TracedBallMap(made).forward(x, a);
+  TracedBallMap(file.map).forward(x, b);
   EXPECT_EQ(a, b);
 }
 

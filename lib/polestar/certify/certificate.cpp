@@ -101,8 +101,9 @@ Certificate certify(const BallMap& map, const CellQuality& sampled, const RoundT
   add("boundary_error", error.max, 1e-2, false, error.bound,
       "rho |G| on the surface, " +
           std::string(error.bound ? "bounded" : "sampled at " + std::to_string(error.points) + " points"));
-  add("charge", std::abs(chart.green().charge() + 1), 1e-3, false, false,
-      "total charge of the layer, which is -1");
+  if (const std::optional<double> charge = chart.green().charge()) {
+    add("charge", std::abs(*charge + 1), 1e-3, false, false, "total charge of the layer, which is -1");
+  }
   add("field_signs", static_cast<double>(signs.radialFailures + signs.normalFailures), 0, false, false,
       counted(signs.radialFailures + signs.normalFailures, 2 * signs.points,
               "signs just inside the surface point the wrong way"));

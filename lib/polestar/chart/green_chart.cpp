@@ -38,17 +38,15 @@ struct VertexFrame {
 
 std::vector<VertexFrame> vertexFrames(const TriMesh& mesh) {
   std::vector<VertexFrame> frames(mesh.vertices.size());
+  const std::vector<Vec3> normals = vertexNormals(mesh);
+  for (std::size_t i = 0; i < frames.size(); ++i) frames[i].normal = normals[i];
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Vec3 normal = areaVector(mesh, t).normalized();
     for (int k = 0; k < 3; ++k) {
-      const Vec3 u = mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k),
-                 v = mesh.corner(t, (k + 2) % 3) - mesh.corner(t, k);
-      VertexFrame& frame = frames[mesh.triangles[t][k]];
-      frame.normal += std::atan2(u.cross(v).norm(), u.dot(v)) * normal;
-      frame.shortestEdge = std::min({frame.shortestEdge, u.norm(), v.norm()});
+      double& shortest = frames[mesh.triangles[t][k]].shortestEdge;
+      shortest = std::min({shortest, (mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k)).norm(),
+                           (mesh.corner(t, (k + 2) % 3) - mesh.corner(t, k)).norm()});
     }
   }
-  for (VertexFrame& frame : frames) frame.normal.normalize();
   return frames;
 }
 
@@ -135,15 +133,31 @@ std::vector<std::int32_t> traceAll(GreenChart::Data& data, const ChartOptions& o
   return pending;
 }
 
-// Values on the surface: G = 0 gives h and its tangential gradient, the density the normal one.
+// Outward derivatives of G at the vertices. A layer's density is one, and jumps there; charges lie off the
+// surface.
+std::vector<double> surfaceSlopes(const GreenFunction& green, const std::vector<VertexFrame>& frames) {
+  const std::vector<Vec3>& vertices = green.shape().mesh().vertices;
+  std::vector<double> slopes(vertices.size());
+  if (const auto* layer = std::get_if<SurfaceLayer>(&green.sources())) {
+    for (std::size_t i = 0; i < slopes.size(); ++i) slopes[i] = 4 * std::numbers::pi * layer->density[i];
+    return slopes;
+  }
+  std::vector<double> value(vertices.size());
+  std::vector<Vec3> gradient(vertices.size());
+  green.evaluate(vertices, value, gradient);
+  for (std::size_t i = 0; i < slopes.size(); ++i) slopes[i] = gradient[i].dot(frames[i].normal);
+  return slopes;
+}
+
+// Values on the surface: G = 0 gives h and its tangential gradient, the slope of G the normal one.
 void setSurfaceValues(GreenChart::Data& data, const std::vector<VertexFrame>& frames) {
   const TriMesh& mesh = data.green.shape().mesh();
+  const std::vector<double> slopes = surfaceSlopes(data.green, frames);
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const Vec3& v = mesh.vertices[i];
     data.foliation.nodes[i] = v;
     data.h[i] = -1 / v.norm();
-    data.gradient[i] =
-        v / std::pow(v.norm(), 3) + 4 * std::numbers::pi * data.green.density()[i] * frames[i].normal;
+    data.gradient[i] = v / std::pow(v.norm(), 3) + slopes[i] * frames[i].normal;
   }
 }
 

@@ -6,6 +6,8 @@
 #include "polestar/core/error.h"
 #include "polestar/green/detail/adaptive_layer.h"
 #include "polestar/green/detail/layer_field.h"
+#include "polestar/green/detail/mfs_solver.h"
+#include "polestar/green/detail/point_charge_field.h"
 
 namespace polestar {
 void GreenOptions::validate() const {
@@ -16,6 +18,7 @@ void GreenOptions::validate() const {
   if (spareVertices < 0) throw Error(Errc::usage, "GreenOptions: spareVertices must not be negative");
   if (maxIterations < 1) throw Error(Errc::usage, "GreenOptions: maxIterations must be positive");
   if (neighbours < 1) throw Error(Errc::usage, "GreenOptions: neighbours must be positive");
+  mfs.validate();
 }
 
 void GreenFunction::evaluate(std::span<const Vec3> points, std::span<double> green,
@@ -39,17 +42,22 @@ double GreenFunction::ballRadius(double green) const {
 
 GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options, Context& context) {
   options.validate();
+  if (options.solver == GreenSolver::mfs) return detail::solveGreenByCharges(shape, options.mfs, context);
   detail::SolvedLayer layer = detail::solveAdaptively(shape, options, context);
-  return restoreGreen(shape, std::move(layer.mesh), std::move(layer.density), std::move(layer.record));
+  return restoreGreen(shape, SurfaceLayer{std::move(layer.mesh), std::move(layer.density)},
+                      std::move(layer.record));
 }
 
-GreenFunction restoreGreen(StarShape shape, TriMesh layerMesh, std::vector<double> density,
-                           GreenRecord record) {
-  auto field =
-      std::make_shared<const detail::LayerField>(layerMesh, density, record.accuracy, Context::quiet());
+GreenFunction restoreGreen(StarShape shape, GreenSources sources, GreenRecord record) {
+  std::shared_ptr<const HarmonicField> field;
+  if (const auto* layer = std::get_if<SurfaceLayer>(&sources)) {
+    field = std::make_shared<const detail::LayerField>(layer->mesh, layer->density, record.accuracy,
+                                                       Context::quiet());
+  } else {
+    field = std::make_shared<const detail::PointChargeField>(std::get<PointSources>(sources));
+  }
   return GreenFunction(std::make_shared<const GreenFunction::Data>(
-      GreenFunction::Data{std::move(shape), std::make_shared<const TriMesh>(std::move(layerMesh)),
-                          std::move(field), std::move(density), std::move(record)}));
+      GreenFunction::Data{std::move(shape), std::move(sources), std::move(field), std::move(record)}));
 }
 
 }  // namespace polestar

@@ -8,12 +8,15 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "polestar/core/compute_device.h"
 #include "polestar/core/context.h"
+#include "polestar/green/mfs_options.h"
 #include "polestar/star/star_shape.h"
 
 namespace polestar {
@@ -38,7 +41,15 @@ struct BoundaryError {
       false;  ///< true only for an enclosure that includes every error of the evaluation; else sampled
 };
 
+enum class GreenSolver {
+  layer,  ///< a single layer on the surface
+  mfs     ///< point charges outside, the paper's way: see mfs_options.h
+};
+
+/// All but `solver` and `mfs` are the layer's.
 struct GreenOptions {
+  GreenSolver solver = GreenSolver::layer;
+  MfsOptions mfs;
   /// rho |G| aimed at on the surface: the layer's triangles are split, and the equation solved again, until
   /// all samples are below it or a limit is reached. Creases and corners need it.
   double tolerance = 1e-3;
@@ -60,7 +71,7 @@ struct GreenOptions {
 
 /// What the solver did.
 struct GreenSummary {
-  std::string solver;  ///< "layer"
+  std::string solver;  ///< "layer" or "mfs"
   std::string device;  ///< that summed to the end: "cpu" or an OpenCL device's name; not kept in map files
   int iterations = 0;  ///< over all passes
   int passes = 0;
@@ -73,8 +84,8 @@ struct GreenSummary {
 /// What was measured of a solved Green's function. Lengths in the inner unit.
 struct GreenRecord {
   double harmonicRadius = 0;
-  /// Total charge of the layer: -1 for the exact solution.
-  double charge = 0;
+  /// Total charge of the layer: -1 for the exact solution. Charges outside may have any sum: none for mfs.
+  std::optional<double> charge;
   /// To which potentials are solved and summed, relative to their largest value.
   double accuracy = 0;
   /// Share of the surface's area where double precision, or the mesh, does not resolve G: the density has the
@@ -83,23 +94,33 @@ struct GreenRecord {
   double unresolvedArea = 0;
   BoundaryError boundaryError;
   GreenSummary summary;
+  std::optional<MfsSummary> mfs;  ///< of the solver mfs
 };
+
+/// A single layer, inner frame: h(x) = integral of density(y)/|x - y|, the density linear on the triangles.
+struct SurfaceLayer {
+  /// The surface, split further where that was needed. Its first vertices are those of the shape.
+  TriMesh mesh;
+  /// At the vertices of `mesh`, per unit area; -density is the density of harmonic measure, so positive.
+  std::vector<double> density;
+};
+
+/// What h is the potential of.
+using GreenSources = std::variant<SurfaceLayer, PointSources>;
 
 /// Cheap to copy. All lengths in the inner unit.
 class GreenFunction {
  public:
   const StarShape& shape() const { return data_->shape; }
   const HarmonicField& field() const { return *data_->field; }
-  /// The surface as the layer sees it, inner frame: that of shape(), split further where that was needed. Its
-  /// first vertices are those of shape().
-  const TriMesh& layerMesh() const { return *data_->layerMesh; }
-  /// Single-layer density at the vertices of layerMesh(), per unit area; -density is the density of harmonic
-  /// measure, so positive.
-  std::span<const double> density() const { return data_->density; }
+  const GreenSources& sources() const { return data_->sources; }
+  /// Of the layer's Green's function. @throws std::bad_variant_access for that of charges.
+  const TriMesh& layerMesh() const { return std::get<SurfaceLayer>(data_->sources).mesh; }
+  std::span<const double> density() const { return std::get<SurfaceLayer>(data_->sources).density; }
   const GreenRecord& record() const { return data_->record; }
   double harmonicRadius() const { return data_->record.harmonicRadius; }
   const BoundaryError& boundaryError() const { return data_->record.boundaryError; }
-  double charge() const { return data_->record.charge; }
+  std::optional<double> charge() const { return data_->record.charge; }
 
   /// G and grad G. At the center G is +infinity and the gradient NaN.
   void evaluate(std::span<const Vec3> points, std::span<double> green, std::span<Vec3> gradient) const;
@@ -110,32 +131,31 @@ class GreenFunction {
  private:
   struct Data {
     StarShape shape;
-    std::shared_ptr<const TriMesh> layerMesh;
+    GreenSources sources;
     std::shared_ptr<const HarmonicField> field;
-    std::vector<double> density;
     GreenRecord record;
   };
-  friend GreenFunction restoreGreen(StarShape, TriMesh, std::vector<double>, GreenRecord);
+  friend GreenFunction restoreGreen(StarShape, GreenSources, GreenRecord);
   explicit GreenFunction(std::shared_ptr<const Data> data) : data_(std::move(data)) {}
   std::shared_ptr<const Data> data_;
 };
 
-/// Green's function by a single layer on the surface's own triangles: h = S sigma, sigma continuous and
-/// linear on the triangles, first-kind equation tested by the vertex-and-centroid rule, analytic integrals
-/// near and edge midpoints far (by a fast multipole method), GMRES with local inverses as preconditioner,
-/// triangles split where the boundary error sits.
+/// Green's function by `options.solver`; by default by a single layer on the surface's own triangles: h = S
+/// sigma, sigma continuous and linear on the triangles, first-kind equation tested by the vertex-and-centroid
+/// rule, analytic integrals near and edge midpoints far (by a fast multipole method), GMRES with local
+/// inverses as preconditioner, triangles split where the boundary error sits.
 ///
 /// Time and memory grow about linearly with the triangles (docs/bench-green.md). That the boundary error
 /// stays above the tolerance is no failure: it is measured and reported, with the reason, and everything
 /// downstream depends on it.
 /// @throws Error{Errc::notConverged} with the residual history and the place of the largest residual when
-/// GMRES does not reach `options.residual`; Error{Errc::cancelled}.
+/// GMRES does not reach `options.residual`; Error{Errc::usage} when charges need more memory than they may
+/// take; Error{Errc::cancelled}.
 GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options = {},
                          Context& context = Context::quiet());
 
-/// The Green's function of a density that was solved before, as a map file keeps it. Nothing is measured
-/// again. `layerMesh` must begin with the vertices of `shape`.
-GreenFunction restoreGreen(StarShape shape, TriMesh layerMesh, std::vector<double> density,
-                           GreenRecord record);
+/// The Green's function of sources that were solved for before, as a map file keeps them. Nothing is measured
+/// again.
+GreenFunction restoreGreen(StarShape shape, GreenSources sources, GreenRecord record);
 
 }  // namespace polestar

@@ -70,6 +70,30 @@ class ArrayList {
   std::size_t offset_ = 0;  // from the end of the aligned header
 };
 
+json toJson(const MfsSummary& mfs) {
+  return {{"mode", mfs.mode == MfsMode::paper ? "paper" : "smooth"},
+          {"sources", mfs.sources},
+          {"left_out", mfs.leftOut},
+          {"offset_inner", mfs.offset},
+          {"cutoff", mfs.cutoff},
+          {"rank", mfs.rank},
+          {"reciprocal_condition", mfs.reciprocalCondition},
+          {"collocation_error", mfs.collocationError},
+          {"held_out_error", mfs.heldOutError}};
+}
+
+MfsSummary toMfsSummary(const json& j) {
+  return {j.at("mode") == "paper" ? MfsMode::paper : MfsMode::smooth,
+          j.at("sources"),
+          j.at("left_out"),
+          j.at("offset_inner"),
+          j.at("cutoff"),
+          j.at("rank"),
+          j.at("reciprocal_condition"),
+          j.at("collocation_error"),
+          j.at("held_out_error")};
+}
+
 json describe(const BallMap& map, const MapProvenance& provenance) {
   const GreenChart& chart = map.chart();
   const GreenRecord& green = chart.green().record();
@@ -89,7 +113,8 @@ json describe(const BallMap& map, const MapProvenance& provenance) {
             {"passes", green.summary.passes},
             {"residual", green.summary.residual},
             {"harmonic_radius_inner", green.harmonicRadius},
-            {"charge", green.charge},
+            {"charge", green.charge ? json(*green.charge) : json()},
+            {"mfs", green.mfs ? toJson(*green.mfs) : json()},
             {"accuracy", green.accuracy},
             {"unresolved_area", green.unresolvedArea},
             {"boundary_error",
@@ -196,6 +221,35 @@ void checkIndices(const TriMesh& mesh, const std::filesystem::path& path) {
   }
 }
 
+// The layer of the solver "layer", the charges of "mfs".
+void addSources(ArrayList& arrays, const GreenSources& sources) {
+  if (const auto* layer = std::get_if<SurfaceLayer>(&sources)) {
+    arrays.add("layer_vertices_inner", std::span(layer->mesh.vertices), 3);
+    arrays.add("layer_triangles", std::span(layer->mesh.triangles), 3);
+    arrays.add("density", std::span(layer->density), 1);
+  } else {
+    const auto& charges = std::get<PointSources>(sources);
+    arrays.add("source_positions_inner", std::span(charges.positions), 3);
+    arrays.add("source_charges", std::span(charges.charges), 1);
+  }
+}
+
+GreenSources takeSources(const RawFile& raw, const std::filesystem::path& path, std::size_t vertices) {
+  if (raw.header.at("green").at("solver") == "mfs") {
+    PointSources charges;
+    charges.positions = takeArray<Vec3>(raw, path, "source_positions_inner", 3, 0);
+    charges.charges = takeArray<double>(raw, path, "source_charges", 1, charges.positions.size());
+    return charges;
+  }
+  SurfaceLayer layer;
+  layer.mesh.vertices = takeArray<Vec3>(raw, path, "layer_vertices_inner", 3, 0);
+  layer.mesh.triangles = takeArray<Triangle>(raw, path, "layer_triangles", 3, 0);
+  checkIndices(layer.mesh, path);
+  layer.density = takeArray<double>(raw, path, "density", 1, layer.mesh.vertices.size());
+  if (layer.mesh.vertices.size() < vertices) fail(path, "the layer has fewer vertices than the surface");
+  return layer;
+}
+
 BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   const json& header = raw.header;
   TriMesh mesh;
@@ -215,19 +269,15 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   record.summary.passes = g.at("passes");
   record.summary.residual = g.at("residual");
   record.harmonicRadius = g.at("harmonic_radius_inner");
-  record.charge = g.at("charge");
+  if (!g.at("charge").is_null()) record.charge = g.at("charge").get<double>();
+  if (!g.at("mfs").is_null()) record.mfs = toMfsSummary(g.at("mfs"));
   record.accuracy = g.at("accuracy");
   record.unresolvedArea = g.at("unresolved_area");
   const json& e = g.at("boundary_error");
   record.boundaryError = {e.at("max"), e.at("rms"), e.at("points"), toVec3(e.at("worst_inner")),
                           e.at("kind") == "bound"};
-  TriMesh layer;
-  layer.vertices = takeArray<Vec3>(raw, path, "layer_vertices_inner", 3, 0);
-  layer.triangles = takeArray<Triangle>(raw, path, "layer_triangles", 3, 0);
-  checkIndices(layer, path);
-  std::vector<double> density = takeArray<double>(raw, path, "density", 1, layer.vertices.size());
-  if (layer.vertices.size() < n) fail(path, "the layer has fewer vertices than the surface");
-  GreenFunction green = restoreGreen(shape, std::move(layer), std::move(density), std::move(record));
+  GreenSources sources = takeSources(raw, path, n);
+  GreenFunction green = restoreGreen(shape, std::move(sources), std::move(record));
 
   auto data = std::make_shared<GreenChart::Data>(GreenChart::Data{green, {}, {}, {}, {}, {}});
   Foliation& f = data->foliation;
@@ -273,9 +323,7 @@ std::string writeMapFile(const std::filesystem::path& path, const BallMap& map,
   ArrayList arrays;
   arrays.add("vertices", std::span(mesh.vertices), 3);
   arrays.add("triangles", std::span(mesh.triangles), 3);
-  arrays.add("layer_vertices_inner", std::span(chart.green().layerMesh().vertices), 3);
-  arrays.add("layer_triangles", std::span(chart.green().layerMesh().triangles), 3);
-  arrays.add("density", chart.green().density(), 1);
+  addSources(arrays, chart.green().sources());
   arrays.add("nodes_inner", std::span(chart.foliation().nodes), 3);
   arrays.add("harmonic", chart.harmonic(), 1);
   arrays.add("harmonic_gradient", chart.harmonicGradient(), 3);

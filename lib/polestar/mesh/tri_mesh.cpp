@@ -1,5 +1,7 @@
 #include "polestar/mesh/tri_mesh.h"
 
+#include <cmath>
+
 #include <Eigen/Geometry>
 
 namespace polestar {
@@ -31,6 +33,20 @@ std::vector<double> vertexAreas(const TriMesh& mesh) {
     for (const std::int32_t v : mesh.triangles[t]) area[v] += third;
   }
   return area;
+}
+
+std::vector<Vec3> vertexNormals(const TriMesh& mesh) {
+  std::vector<Vec3> normals(mesh.vertices.size(), Vec3::Zero());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vec3 normal = areaVector(mesh, t).normalized();
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 u = mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k),
+                 v = mesh.corner(t, (k + 2) % 3) - mesh.corner(t, k);
+      normals[mesh.triangles[t][k]] += std::atan2(u.cross(v).norm(), u.dot(v)) * normal;
+    }
+  }
+  for (Vec3& normal : normals) normal.normalize();
+  return normals;
 }
 
 VolumeProperties volumeProperties(const TriMesh& mesh) {

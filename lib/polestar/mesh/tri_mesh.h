@@ -32,6 +32,10 @@ double surfaceArea(const TriMesh& mesh);
 /// A third of the area of the triangles around each vertex: the lumped mass of linear functions.
 std::vector<double> vertexAreas(const TriMesh& mesh);
 
+/// Outward unit normals at the vertices of an outward-oriented mesh, weighted by the triangles' angles:
+/// independent of how flat parts are cut into triangles. [Thuermer & Wuethrich 1998]
+std::vector<Vec3> vertexNormals(const TriMesh& mesh);
+
 /// Volume and centroid of the enclosed solid, by signed tetrahedra about the box's center; negative volume
 /// for an inward-oriented mesh. The centroid is the solid's, not the mean of the vertices. [Xia 2010,
 /// sec. 4.1, step 1]

@@ -54,7 +54,9 @@ class LayerRun {
     }
     finish();
     const std::vector<double> area = vertexAreas(mesh_);
-    for (std::size_t i = 0; i < area.size(); ++i) record_.charge += area[i] * density_[i];
+    double charge = 0;
+    for (std::size_t i = 0; i < area.size(); ++i) charge += area[i] * density_[i];
+    record_.charge = charge;
     record_.summary.device = device_ && device_->works() ? device_->name() : "cpu";
     record_.summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return {std::move(mesh_), std::move(density_), std::move(record_)};
