@@ -1,6 +1,8 @@
 #include "polestar/map/map_file.h"
 
 #include <gtest/gtest.h>
+
+#include <cstring>
 #include <unistd.h>
 
 #include <fstream>
@@ -90,7 +92,8 @@ TEST_F(MapFileTest, HoldsChargesToTheLastBit) {
   std::vector<Vec3> a(x.size()), b(x.size());
   TracedBallMap(made).forward(x, a);
   TracedBallMap(file.map).forward(x, b);
-  EXPECT_EQ(a, b);
+  // Bit for bit: a line that the smooth surface's field cannot trace is NaN in both.
+  EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec3)), 0);
 }
 
 TEST_F(MapFileTest, SameMapSameBytes) {
