@@ -37,8 +37,8 @@ pole at (0.2, 0.1, -0.15).
 | method | what it is |
 |---|---|
 | polestar, single layer | `solveGreen` with its default options, as the library offers it |
-| MFS of the paper | method of fundamental solutions as in Xia et al. 2010: dense, least squares by SVD |
-| MFS at its best | the same idea with local offsets and oversampling |
+| MFS of the paper | `GreenSolver::mfs`: method of fundamental solutions as in Xia et al. 2010, dense, least squares by SVD |
+| MFS at its best | `MfsMode::smooth`: takes the vertices for samples of a smooth surface; offsets bounded by the local reach and chosen, as the cutoff, at vertices held out |
 | OpenVDB Poisson | `tools::poisson::solveWithBoundaryConditions` on the voxels whose centers lie inside, h = -1/\|x - c\| at the voxels outside next to them |
 | OpenVDB Poisson, cut cells | the same solver on the same voxels; the boundary value stands where the stencil's arm crosses the surface (Gibou et al. 2002), which makes it second order |
 | cotangent Laplacian, TetGen | linear finite elements on tetrahedra that TetGen makes of the same triangles, `-pYq1.414a...`, volumes as large as the triangles ask for |
@@ -49,8 +49,8 @@ Rules of fairness:
 - Everyone's error is max and root mean square of rho |G - G_exact| at the same 2,000 points: 1,500 spread evenly over the volume,
   500 in the last 4 % of the way from the pole to the surface, none in the last 0.4 %.
 - G_exact belongs to the smooth solid. OpenVDB is given that solid itself: inside or outside, and where arms cross its surface. Our
-  solver, MFS and TetGen are given triangles inscribed in it, and pay for the difference; only the cube has none. The cube's
-  answer is a lattice of images, cut where its rest is about 1e-7.
+  solver and TetGen are given triangles inscribed in it, and pay for the difference, which only the cube does not have; MFS sees
+  their vertices alone, which lie on it. The cube's answer is a lattice of images, cut where its rest is about 1e-7.
 - The boundary error, max rho |G| over the triangles as given, is the true error of solvers that are given triangles: by the maximum
   principle it bounds theirs everywhere inside. In brackets the same at 18,000 random places that the solver has not sampled.
 - OpenVDB: double precision, incomplete Cholesky factors (its Jacobi preconditioner is slower or stops with an error), residuals at which

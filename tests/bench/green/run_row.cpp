@@ -5,6 +5,7 @@
 #include <optional>
 #include <random>
 #include <stdexcept>
+#include <variant>
 
 #include "exact_solid.h"
 #include "measure.h"
@@ -88,17 +89,24 @@ double checkBoundary(const GreenFunction& green) {
   return worst;
 }
 
-/// Everything that the library's public solver offers goes through here; nothing when it is not built in.
-std::optional<GreenOptions> greenOptions(const Row& row) {
-  if (row.method != "layer") return std::nullopt;
+/// Everything that the library's public solver offers goes through here.
+GreenOptions greenOptions(const Row& row) {
   GreenOptions options;
   if (row.tolerance > 0) options.tolerance = row.tolerance;
+  if (row.method != "layer") options.solver = GreenSolver::mfs;
+  if (row.method == "mfs-best") options.mfs.mode = MfsMode::smooth;
   return options;
 }
 
+void putSources(Json& result, const GreenSources& sources) {
+  if (const auto* charges = std::get_if<PointSources>(&sources)) {
+    result["unknowns"] = charges->charges.size();
+  } else {
+    result["unknowns"] = result["layer_vertices"] = std::get<SurfaceLayer>(sources).density.size();
+  }
+}
+
 Json runSolver(const Row& row, const Reference* reference) {
-  const std::optional<GreenOptions> options = greenOptions(row);
-  if (!options) return {{"status", "not built in"}};
   const ExactSolid* exact = exactOrNull(row.shape);
   const TriMesh mesh = surfaceOf(row);
   StarOptions star;
@@ -109,18 +117,19 @@ Json runSolver(const Row& row, const Reference* reference) {
   Stopwatch watch;
   const StarShape shape = verifyStarShape(verifyClosedSurface(mesh), star);
   put(result, "setup", watch.lap());
-  const GreenFunction green = solveGreen(shape, *options);
+  const GreenFunction green = solveGreen(shape, greenOptions(row));
   put(result, "solve", watch.lap());
   result["peak_bytes"] = memory.bytes();
-  result["unknowns"] = green.density().size();
+  putSources(result, green.sources());
   result["iterations"] = green.record().summary.iterations;
   result["passes"] = green.record().summary.passes;
   result["stop"] = green.record().summary.stop;
-  result["unresolved_area"] = green.record().unresolvedArea;
-  result["layer_vertices"] = green.layerMesh().vertices.size();
   result["boundary_error"] = green.boundaryError().max;
   result["boundary_check"] = checkBoundary(green);
-  if (const std::optional<double> charge = green.charge()) result["charge"] = *charge;
+  if (green.charge()) {
+    result["charge"] = *green.charge();
+    result["unresolved_area"] = green.record().unresolvedArea;
+  }
   if (!reference) return result;
 
   const Frame& frame = shape.frame();
