@@ -77,7 +77,7 @@ void MultipoleError(benchmark::State& state) {
   double worst = 0;
   for (std::size_t i = 0; i < exact.size(); ++i) worst = std::max(worst, std::abs(fast[i] - exact[i]));
   state.counters["log10 error"] = std::log10(worst / *std::max_element(exact.begin(), exact.end()));
-  state.counters["law"] = -2.4 - 0.34 * static_cast<double>(state.range(0));
+  state.counters["expected"] = std::log10(truncationError(static_cast<int>(state.range(0))));
 }
 BENCHMARK(MultipoleError)->DenseRange(4, 28, 4)->Unit(benchmark::kMillisecond)->UseRealTime();
 

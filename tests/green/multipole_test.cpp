@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -190,6 +191,26 @@ TEST(MultipoleSums, AgreeWithDirectSumsOnGradedSurfaces) {
     MultipoleSums(charges, targets, order).potential(charges.charge, fast, Context::quiet());
     for (std::size_t i = 0; i < targets.size(); ++i)
       ASSERT_LT(std::abs(fast[i] - exact[i]), tolerance * scale[i]) << order << ' ' << i;
+  }
+}
+
+TEST(MultipoleSums, KeepWhatTruncationErrorPromises) {
+  // Charges of one sign on a surface without dense spots: the largest potential is a few units.
+  std::vector<Vec3> points = icosphere(4).vertices, targets = icosphere(3).vertices;
+  PointCharges charges = chargesAt(points, 3);
+  for (double& q : charges.charge) q = std::abs(q) / static_cast<double>(points.size());
+  for (Vec3& p : targets) p *= 0.98;  // as near as the charges are to each other
+  std::vector<double> exact(targets.size()), fast(targets.size());
+  sumPotential(charges, targets, exact);
+  const double largest = *std::max_element(exact.begin(), exact.end());
+  for (const double accuracy : {1e-4, 1e-6, 1e-8, 1e-10}) {
+    const int order = orderFor(accuracy);
+    EXPECT_LE(truncationError(order), accuracy);
+    MultipoleSums(charges, targets, order).potential(charges.charge, fast, Context::quiet());
+    double worst = 0;
+    for (std::size_t i = 0; i < targets.size(); ++i) worst = std::max(worst, std::abs(fast[i] - exact[i]));
+    EXPECT_LE(worst, accuracy * largest) << order;
+    EXPECT_GT(worst, 0) << "the trees are too shallow for translations";
   }
 }
 

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <unistd.h>
+#include <cstring>
 
 #include <fstream>
 #include <random>
@@ -92,7 +92,7 @@ TEST_F(MapFileTest, HoldsChargesToTheLastBit) {
   std::vector<Vec3> a(x.size()), b(x.size());
   TracedBallMap(made).forward(x, a);
   TracedBallMap(file.map).forward(x, b);
-  // Bit for bit: a line that the smooth surface's field cannot trace is NaN in both.
+  // Bit for bit: between the smooth surface and its chords G is negative, and the answer NaN from both.
   EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec3)), 0);
 }
 

@@ -61,7 +61,7 @@ struct GreenOptions {
   /// without doubles to 1e-5. One that is absent or fails is replaced by the CPU, and the log says so.
   DeviceChoice device;
   /// Relative, at which GMRES stops, and to which sums are exact. Narrow parts, where the density is small,
-  /// tighten it by themselves, down to 1e-11.
+  /// tighten it by themselves, down to 1e-10.
   double residual = 1e-6;
   int maxIterations = 200;  ///< of GMRES in one pass
   int neighbours = 30;      ///< size of the local inverses of the preconditioner, at most 64

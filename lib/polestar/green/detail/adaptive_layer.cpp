@@ -143,7 +143,7 @@ class LayerRun {
   // To the residual that was asked for, or the smaller one that narrow parts need: along them the density
   // falls exponentially, and with it what the potential must be exact to.
   void finish() {
-    constexpr double kFinest = 1e-11;
+    constexpr double kFinest = 1e-10;  // what the sums of the highest order can tell apart
     constexpr int kAttempts = 3;
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
       const double needed = std::min(options_.residual, std::max(kFinest, 0.1 * kNoise * smallestFlux()));

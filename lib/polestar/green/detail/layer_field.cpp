@@ -14,7 +14,8 @@
 namespace polestar::detail {
 namespace {
 
-// Below this many pairs the direct sum is the faster one (tests/bench/multipole_bench.cpp).
+// Below this many pairs the direct sum is the faster one: sums of order 7 overtake it at 4 million pairs,
+// those of order 13 at 30 million (tests/bench/multipole_bench.cpp, AVX-512).
 constexpr double kDirectPairs = 1.5e7;
 // Whoever asks for a device gets it up to this many pairs, those of 10,000 vertices. Beyond, the fast
 // multipole method leaves it behind: without a GPU, PoCL on two cores takes half a second for them.
@@ -22,11 +23,15 @@ constexpr double kDevicePairs = 1e9;
 // A field is asked for many points: its plan pays earlier.
 constexpr std::size_t kDirectCharges = 1500;
 
-// Degree at which the truncation error falls below `accuracy`: over charges on surfaces the largest error
-// seen is about 10^(-2.4 - 0.34 order) of the largest potential (tests/bench/multipole_bench.cpp).
-int orderFor(double accuracy) {
-  const double order = std::ceil((-std::log10(accuracy) - 2.4) / 0.34);
-  return static_cast<int>(std::clamp(order, 4.0, static_cast<double>(kMaxOrder)));
+// The sums pair by pair, if they are to be had that way; else null.
+std::unique_ptr<PotentialSums> sumPairByPair(const PointCharges& places, std::span<const Vec3> targets,
+                                             double accuracy, const std::shared_ptr<PairDevice>& device) {
+  const double pairs = static_cast<double>(places.size()) * static_cast<double>(targets.size());
+  const bool asked = device && device->accuracy() <= accuracy && pairs < kDevicePairs;
+  if (!asked && pairs >= kDirectPairs) return nullptr;
+  std::vector<Vec3> points(targets.begin(), targets.end());
+  if (asked) return std::make_unique<DeviceSums>(device, places, std::move(points));
+  return std::make_unique<DirectSums>(places, std::move(points));
 }
 
 }  // namespace
@@ -86,14 +91,20 @@ void LayerQuadrature::addNearPotential(std::span<const Vec3> points, const NearF
 
 std::unique_ptr<PotentialSums> makeSums(const PointCharges& places, std::span<const Vec3> targets,
                                         double accuracy, const std::shared_ptr<PairDevice>& device) {
-  const double pairs = static_cast<double>(places.size()) * static_cast<double>(targets.size());
-  const bool asked = device && device->accuracy() <= accuracy && pairs < kDevicePairs;
-  if (asked || pairs < kDirectPairs) {
-    std::vector<Vec3> points(targets.begin(), targets.end());
-    if (asked) return std::make_unique<DeviceSums>(device, places, std::move(points));
-    return std::make_unique<DirectSums>(places, std::move(points));
+  std::unique_ptr<PotentialSums> sums = sumPairByPair(places, targets, accuracy, device);
+  return sums ? std::move(sums) : std::make_unique<MultipoleSums>(places, targets, orderFor(accuracy));
+}
+
+SumsOfTwoAccuracies makeSums(const PointCharges& places, std::span<const Vec3> targets, double cheap,
+                             double exact, const std::shared_ptr<PairDevice>& device) {
+  SumsOfTwoAccuracies sums{sumPairByPair(places, targets, cheap, device),
+                           sumPairByPair(places, targets, exact, device)};
+  if (!sums.exact) {
+    auto multipole = std::make_unique<MultipoleSums>(places, targets, orderFor(exact));
+    if (!sums.cheap) sums.cheap = std::make_unique<MultipoleSums>(multipole->withOrder(orderFor(cheap)));
+    sums.exact = std::move(multipole);
   }
-  return std::make_unique<MultipoleSums>(places, targets, orderFor(accuracy));
+  return sums;
 }
 
 std::unique_ptr<ChargeField> makeField(PointCharges charges, double accuracy, double finest,

@@ -60,6 +60,12 @@ class PairDevice;
 /// pair by pair on the CPU while that is faster, else by the fast multipole method.
 std::unique_ptr<PotentialSums> makeSums(const PointCharges& places, std::span<const Vec3> targets,
                                         double accuracy, const std::shared_ptr<PairDevice>& device);
+/// Two of them for the same places and targets, which share what they can.
+struct SumsOfTwoAccuracies {
+  std::unique_ptr<PotentialSums> cheap, exact;
+};
+SumsOfTwoAccuracies makeSums(const PointCharges& places, std::span<const Vec3> targets, double cheap,
+                             double exact, const std::shared_ptr<PairDevice>& device);
 /// The same for a field.
 std::unique_ptr<ChargeField> makeField(PointCharges charges, double accuracy, double finest,
                                        const Context& context);

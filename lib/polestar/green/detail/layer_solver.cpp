@@ -210,10 +210,9 @@ LayerEquation::~LayerEquation() = default;
 LayerSolution LayerEquation::solve(const std::vector<double>& initial, const LayerSolveOptions& options,
                                    Context& context) const {
   const Data& d = *data_;
-  const std::unique_ptr<PotentialSums> exact =
-      makeSums(d.quadrature->places(), d.targets, 0.3 * options.residual, options.device);
-  const std::unique_ptr<PotentialSums> cheap =
-      makeSums(d.quadrature->places(), d.targets, std::max(kInnerAccuracy, options.residual), options.device);
+  const auto [cheap, exact] =
+      makeSums(d.quadrature->places(), d.targets, std::max(kInnerAccuracy, options.residual),
+               0.3 * options.residual, options.device);
   const VectorXd rightHandSide = d.rightHandSide();
   const double scale = rightHandSide.norm();  // residuals are relative to it, wherever we start from
   LayerSolution solution;

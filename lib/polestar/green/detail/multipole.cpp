@@ -1,7 +1,7 @@
 #include "polestar/green/detail/multipole.h"
 
 #include <algorithm>
-#include <numeric>
+#include <cmath>
 
 #include "polestar/core/detail/parallel.h"
 #include "polestar/green/detail/leaf_groups.h"
@@ -115,6 +115,15 @@ PointCharges gather(const PointCharges& sorted, std::span<const TargetTree::Rang
 }
 
 }  // namespace
+
+double truncationError(int order) { return std::pow(10, -2.75 - 0.28 * order); }
+
+int orderFor(double accuracy) {
+  // At lower orders the law promises too much, and little time is left to be saved.
+  int order = 6;
+  while (order < kMaxOrder && truncationError(order) > accuracy) ++order;
+  return order;
+}
 
 MultipoleSums::MultipoleSums(const PointCharges& places, std::span<const Vec3> targets, int order) {
   const std::vector<Vec3> charged = positions(places);

@@ -12,10 +12,16 @@
 
 namespace polestar::detail {
 
+/// Largest error of a potential to be expected, relative to the largest potential, for charges spread over a
+/// surface: 10^(-2.75 - 0.28 order). Seen, not proved: tests/bench/multipole_bench.cpp prints what is.
+double truncationError(int order);
+/// The order whose truncation error is at most `accuracy`, within [6, kMaxOrder]: 2e-11 is the least there
+/// is.
+int orderFor(double accuracy);
+
 /// Potentials of charges at fixed places, at fixed targets.
 ///
-/// Truncation error relative to the potential of the charges' magnitudes, largest seen over places on smooth
-/// surfaces: about 10^(-order/2); rounding near 1e-15. Memory: the lists, and (order + 1)^2 doubles a box.
+/// Errors: see truncationError. Memory: the lists, and (order + 1)^2 doubles a box.
 class MultipoleSums final : public PotentialSums {
  public:
   /// Of `places`, positions and softening count; the softening is felt by near pairs alone, where it matters.

@@ -131,44 +131,41 @@ POLESTAR_INTO_CLONES void derive(int order, const double* local, Derivatives& d)
   }
 }
 
+// Adds the sums of q R_i(y), or of q R_i(y)/|y|^(2n+1), over charges at y.
+template <bool kInverted>
+POLESTAR_INTO_CLONES void addSums(int order, const ExpansionFrame& frame, const PointView& points,
+                                  const double* charge, double* coefficients) {
+  Lanes sums[kMaxSize];
+  const std::size_t size = expansionSize(order);
+  for (std::size_t i = 0; i < size; ++i) sums[i] = Lanes{};
+  LanePoints p{};
+  Lanes q{};
+  for (std::size_t begin = 0; begin < points.count; begin += kLaneCount) {
+    loadPoints(frame, points, begin, p);
+    loadCharges(charge, begin, points.count, q);
+    if (kInverted) {
+      // R_i(y)/|y|^(2n+1) = R_i(y/|y|^2)/|y|.
+      const Lanes inverse = 1 / (p.x * p.x + p.y * p.y + p.z * p.z);
+      p = {p.x * inverse, p.y * inverse, p.z * inverse};
+      for (int l = 0; l < kLaneCount; ++l) q[l] *= std::sqrt(inverse[l]);
+    }
+    visitHarmonics(order, p.x, p.y, p.z, q, [&](int i, const Lanes& value) { sums[i] += value; });
+  }
+  for (std::size_t i = 0; i < size; ++i) coefficients[i] += total(sums[i]);
+}
+
 }  // namespace
 
 POLESTAR_SIMD_CLONES
 void addMultipole(int order, const ExpansionFrame& frame, const PointView& points, const double* charge,
                   double* multipole) {
-  Lanes sums[kMaxSize];
-  const std::size_t size = expansionSize(order);
-  for (std::size_t i = 0; i < size; ++i) sums[i] = Lanes{};
-  LanePoints p{};
-  Lanes q{};
-  for (std::size_t begin = 0; begin < points.count; begin += kLaneCount) {
-    loadPoints(frame, points, begin, p);
-    loadCharges(charge, begin, points.count, q);
-    visitHarmonics(order, p.x, p.y, p.z, q, [&](int i, const Lanes& value) { sums[i] += value; });
-  }
-  for (std::size_t i = 0; i < size; ++i) multipole[i] += total(sums[i]);
+  addSums<false>(order, frame, points, charge, multipole);
 }
 
 POLESTAR_SIMD_CLONES
 void addLocal(int order, const ExpansionFrame& frame, const PointView& points, const double* charge,
               double* local) {
-  Lanes sums[kMaxSize];
-  const std::size_t size = expansionSize(order);
-  for (std::size_t i = 0; i < size; ++i) sums[i] = Lanes{};
-  LanePoints p{};
-  Lanes q{};
-  for (std::size_t begin = 0; begin < points.count; begin += kLaneCount) {
-    loadPoints(frame, points, begin, p);
-    loadCharges(charge, begin, points.count, q);
-    // By inversion: R_i(y)/|y|^(2n+1) = R_i(y/|y|^2)/|y|.
-    const Lanes squared = p.x * p.x + p.y * p.y + p.z * p.z, inverse = 1 / squared;
-    Lanes zero{};
-    for (int l = 0; l < kLaneCount; ++l) zero[l] = std::sqrt(inverse[l]);
-    zero *= q;
-    visitHarmonics(order, p.x * inverse, p.y * inverse, p.z * inverse, zero,
-                   [&](int i, const Lanes& value) { sums[i] += value; });
-  }
-  for (std::size_t i = 0; i < size; ++i) local[i] += total(sums[i]);
+  addSums<true>(order, frame, points, charge, local);
 }
 
 POLESTAR_SIMD_CLONES
