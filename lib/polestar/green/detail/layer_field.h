@@ -86,6 +86,7 @@ class LayerField final : public HarmonicField {
 
 struct LayerSolveOptions {
   double residual = 1e-6;                ///< relative, to stop at
+  double largestResidual = 1e300;        ///< at any vertex, likewise: a potential
   int maxIterations = 200;               ///< over all restarts
   int neighbours = 30;                   ///< size of the preconditioner's local inverses
   std::shared_ptr<PairDevice> device{};  ///< that may sum over all pairs; null: the CPU
@@ -94,9 +95,13 @@ struct LayerSolveOptions {
 /// Result of the first-kind equation  S sigma = -1/|x|  on a surface around the origin.
 struct LayerSolution {
   std::vector<double> density;
+  bool converged = false;
   double residual = 0;                  ///< relative, reached
   std::vector<double> residualHistory;  ///< relative, one an iteration
   Eigen::Index worstVertex = 0;         ///< where the residual is largest
+  /// 1/|x| + h at the vertices, then at the triangles' centroids: what the equation makes 0 in the mean
+  /// around each vertex, not point by point.
+  std::vector<double> green;
 };
 
 /// The discrete equation, assembled; solves to any residual and again from a better start.

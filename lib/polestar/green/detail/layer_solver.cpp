@@ -97,7 +97,8 @@ struct LayerEquation::Data {
     return moment.cwiseQuotient(lumpedArea);
   }
 
-  VectorXd apply(const VectorXd& density, const PotentialSums& sums, const Context& context) const {
+  // At the targets.
+  VectorXd potential(const VectorXd& density, const PotentialSums& sums, const Context& context) const {
     VectorXd potential(static_cast<Eigen::Index>(targets.size()));
     sums.potential(quadrature->chargesFor(view(density)), {potential.data(), targets.size()}, context);
     parallelChunks(near.size(), 1, context, [&](std::size_t c, std::size_t) {
@@ -109,14 +110,15 @@ struct LayerEquation::Data {
         potential[rows.target[i]] += sum;
       }
     });
-    return test(potential);
+    return potential;
   }
 
-  VectorXd rightHandSide() const {
+  // 1/|x| at the targets.
+  VectorXd pole() const {
     VectorXd pole(static_cast<Eigen::Index>(targets.size()));
     for (std::size_t i = 0; i < targets.size(); ++i)
-      pole[static_cast<Eigen::Index>(i)] = -1 / targets[i].norm();
-    return test(pole);
+      pole[static_cast<Eigen::Index>(i)] = 1 / targets[i].norm();
+    return pole;
   }
 
   void assembleNear(const Context& context) {
@@ -154,7 +156,7 @@ struct LayerEquation::Data {
     int k = 0;
     while (k < most && std::abs(projected[k]) > goal) {
       directions.push_back(inverse->apply(basis[k], lumpedArea));
-      VectorXd w = apply(directions[k], sums, context);
+      VectorXd w = test(potential(directions[k], sums, context));
       for (int j = 0; j <= k; ++j) {
         hessenberg(j, k) = w.dot(basis[j]);
         w -= hessenberg(j, k) * basis[j];
@@ -213,28 +215,39 @@ LayerSolution LayerEquation::solve(const std::vector<double>& initial, const Lay
   const auto [cheap, exact] =
       makeSums(d.quadrature->places(), d.targets, std::max(kInnerAccuracy, options.residual),
                0.3 * options.residual, options.device);
-  const VectorXd rightHandSide = d.rightHandSide();
-  const double scale = rightHandSide.norm();  // residuals are relative to it, wherever we start from
+  VectorXd green = d.pole();                  // at the targets
+  const double scale = d.test(green).norm();  // residuals are relative to it, wherever we start from
   LayerSolution solution;
-  VectorXd density = VectorXd::Zero(rightHandSide.size()), rest = rightHandSide;
+  VectorXd density = VectorXd::Zero(d.lumpedArea.size());
   if (!initial.empty()) {
     density = Eigen::Map<const VectorXd>(initial.data(), static_cast<Eigen::Index>(initial.size()));
-    rest -= d.apply(density, *exact, context);
+    green += d.potential(density, *exact, context);
   }
-  solution.residual = rest.norm() / scale;
-  while (solution.residual > options.residual &&
-         static_cast<int>(solution.residualHistory.size()) < options.maxIterations) {
-    const double goal = scale * std::max(0.5 * options.residual, kInnerReduction * solution.residual);
+  VectorXd rest = -d.test(green);
+  // By how much it has to be reduced: at most 1 when it is small enough.
+  auto excess = [&] {
+    return std::max(rest.norm() / (options.residual * scale),
+                    rest.lpNorm<Eigen::Infinity>() / options.largestResidual);
+  };
+  for (double left = excess();;) {
+    solution.residual = rest.norm() / scale;
+    solution.converged = left <= 1;
+    if (solution.converged || static_cast<int>(solution.residualHistory.size()) >= options.maxIterations)
+      break;
+    const double goal = rest.norm() * std::max(0.5 / left, kInnerReduction);
     density += d.correct(rest, goal, scale, *cheap, options, solution, context);
-    rest = rightHandSide - d.apply(density, *exact, context);
-    const double reached = rest.norm() / scale;
+    green = d.pole() + d.potential(density, *exact, context);
+    rest = -d.test(green);
+    const double reached = excess();
     // Refinement that no longer helps has met the accuracy of the sums.
-    const bool stalled = !(reached < 0.5 * solution.residual);
-    solution.residual = reached;
+    const bool stalled = reached > 1 && !(reached < 0.5 * left);
+    left = reached;
     if (stalled) break;
   }
+  solution.residual = rest.norm() / scale;
   rest.cwiseAbs().maxCoeff(&solution.worstVertex);
   solution.density.assign(density.data(), density.data() + density.size());
+  solution.green.assign(green.data(), green.data() + green.size());
   return solution;
 }
 
