@@ -44,7 +44,7 @@ class MappedBall : public ::testing::Test {
 };
 
 TEST_F(MappedBall, MakesTheGridsAndTheMapAndNothingElse) {
-  EXPECT_EQ(made_.err, "");
+  EXPECT_EQ(made_.messages(), "");
   EXPECT_THAT(folder_->names(), ElementsAre("it's a ball.obj", "it's a ball.pmap", "it's a ball.vdb"));
 }
 
@@ -158,7 +158,7 @@ TEST_F(MappedBall, ADeviceThatIsNotThereMeansTheCpuAndVerboseSaysSo) {
   EXPECT_EQ(run.json()["green"], onCpu["green"]);
   EXPECT_EQ(run.json()["ball"], onCpu["ball"]);
   const ToolRun calm = runTool({"eval", mesh_, "--points", "-", "--device", "opencl:no such"}, points);
-  EXPECT_EQ(calm.err, "");
+  EXPECT_EQ(calm.messages(), "");
 }
 
 TEST_F(MappedBall, ADeviceGivesTheSameMap) {

@@ -72,6 +72,11 @@ int waitFor(pid_t child, const ToolSettings& settings, bool& hung) {
 
 }  // namespace
 
+std::string ToolRun::messages() const {
+  static const std::regex progress("polestar [a-z]+: [^\n]*: [0-9.]+ %(, [^\n]*)?\n");
+  return std::regex_replace(err, progress, "");
+}
+
 nlohmann::json ToolRun::json() const {
   try {
     return nlohmann::json::parse(out);

@@ -19,6 +19,8 @@ struct ToolRun {
 
   /// Standard output as one JSON object; reports a test failure when it is anything else.
   nlohmann::json json() const;
+  /// Standard error without lines of progress, which a slow machine prints and a fast one does not.
+  std::string messages() const;
 };
 
 struct ToolSettings {

@@ -18,6 +18,16 @@ double error(double value, long double truth) {
   return static_cast<double>(std::abs(value - truth) / unit);
 }
 
+TEST(SimdMath, InverseRootIsTheInverseSquareRoot) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> exponent(-900, 900);
+  for (int i = 0; i < 200000; ++i) {
+    const double a = std::exp2(exponent(random));
+    EXPECT_LE(error(inverseRoot(a), 1 / std::sqrt(static_cast<long double>(a))), 2) << a;
+  }
+  EXPECT_TRUE(std::isfinite(inverseRoot(0)));
+}
+
 TEST(SimdMath, LogOfRatioIsTheLogarithm) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> exponent(0, 300), mantissa(1, 2);

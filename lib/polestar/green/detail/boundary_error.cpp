@@ -1,6 +1,7 @@
 #include "polestar/green/detail/boundary_error.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -10,21 +11,29 @@
 namespace polestar::detail {
 namespace {
 
-// The vertices, then two points on every edge, off its middle (the layer has a charge there) and alike from
-// both ends (no numbering of vertices may matter), then three in every triangle.
-std::vector<Vec3> samplePoints(const TriMesh& mesh, const EdgeTable& edges) {
+// Two points on every edge, off its middle (the layer has a charge there) and alike from both ends (no
+// numbering of vertices may matter).
+std::array<Vec3, 2> edgePoints(const Vec3& a, const Vec3& b) {
   constexpr double kGolden = 0.3819660112501051;
+  return {a + kGolden * (b - a), b - kGolden * (b - a)};
+}
+
+std::array<Vec3, 3> facePoints(const TriMesh& mesh, std::size_t t) {
+  const Vec3 sum = mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2);
+  return {(sum + 3 * mesh.corner(t, 0)) / 6, (sum + 3 * mesh.corner(t, 1)) / 6,
+          (sum + 3 * mesh.corner(t, 2)) / 6};
+}
+
+// The vertices, then the edges' points, then the triangles'.
+std::vector<Vec3> samplePoints(const TriMesh& mesh, const EdgeTable& edges) {
   std::vector<Vec3> points = mesh.vertices;
   points.reserve(points.size() + 2 * edges.size() + 3 * mesh.triangles.size());
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const auto& [a, b] = edges.ends(e);
-    const Vec3 along = mesh.vertices[b] - mesh.vertices[a];
-    points.push_back(mesh.vertices[a] + kGolden * along);
-    points.push_back(mesh.vertices[b] - kGolden * along);
+    for (const Vec3& p : edgePoints(mesh.vertices[a], mesh.vertices[b])) points.push_back(p);
   }
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Vec3 sum = mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2);
-    for (int k = 0; k < 3; ++k) points.push_back((sum + 3 * mesh.corner(t, k)) / 6);
+    for (const Vec3& p : facePoints(mesh, t)) points.push_back(p);
   }
   return points;
 }
@@ -64,6 +73,29 @@ MeasuredBoundary measureBoundary(const TriMesh& mesh, const HarmonicPotential& h
     measured.byTriangle.push_back(worst);
   }
   return measured;
+}
+
+void measureTriangles(const TriMesh& mesh, const std::vector<char>& look, const HarmonicPotential& h,
+                      double harmonicRadius, std::vector<double>& byTriangle) {
+  // Points of an edge between two marked triangles come twice: that is simpler than a table, and there are
+  // few.
+  std::vector<Vec3> points;
+  for (std::size_t t = 0; t < look.size(); ++t) {
+    if (!look[t]) continue;
+    for (int k = 0; k < 3; ++k) {
+      for (const Vec3& p : edgePoints(mesh.corner(t, k), mesh.corner(t, (k + 1) % 3))) points.push_back(p);
+    }
+    for (const Vec3& p : facePoints(mesh, t)) points.push_back(p);
+  }
+  if (points.empty()) return;
+  std::vector<double> value(points.size());
+  h(points, value);
+  std::size_t at = 0;
+  for (std::size_t t = 0; t < look.size(); ++t) {
+    if (!look[t]) continue;
+    for (int i = 0; i < 9; ++i, ++at)
+      byTriangle[t] = std::max(byTriangle[t], std::abs(harmonicRadius * (1 / points[at].norm() + value[at])));
+  }
 }
 
 double harmonicRadiusOf(const HarmonicField& field) {

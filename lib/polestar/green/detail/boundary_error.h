@@ -23,6 +23,10 @@ struct MeasuredBoundary {
 /// none can be good at them alone.
 MeasuredBoundary measureBoundary(const TriMesh& mesh, const HarmonicPotential& h, double harmonicRadius);
 
+/// The same points, of the triangles that `look` marks alone: raises byTriangle[t] to what is seen there.
+void measureTriangles(const TriMesh& mesh, const std::vector<char>& look, const HarmonicPotential& h,
+                      double harmonicRadius, std::vector<double>& byTriangle);
+
 /// rho = -1/h(0).
 double harmonicRadiusOf(const HarmonicField& field);
 

@@ -10,9 +10,9 @@ namespace polestar::detail {
 namespace {
 
 // Charges of a leaf, and pairs of a leaf's near work: where splitting a box further stopped to pay.
-constexpr std::uint32_t kLeafCharges = 48;
-constexpr double kLeafWork = 16000;
-constexpr std::uint32_t kFieldNearCharges = 400;
+constexpr std::uint32_t kLeafCharges = 120;
+constexpr double kLeafWork = 32000;
+constexpr std::uint32_t kFieldLeafCharges = 48, kFieldNearCharges = 400;
 constexpr std::size_t kBoxChunk = 32;
 
 std::vector<Vec3> positions(const PointCharges& charges) {
@@ -171,7 +171,7 @@ void MultipoleSums::potential(std::span<const double> charge, std::span<double> 
 
 MultipoleField::MultipoleField(const PointCharges& charges, int order, double finest, const Context& context)
     : order_(order),
-      sources_(positions(charges), enclosingCube(positions(charges)), kLeafCharges),
+      sources_(positions(charges), enclosingCube(positions(charges)), kFieldLeafCharges),
       targets_(sources_, kFieldNearCharges, finest / sources_.cube().side),
       charges_(sortedCharges(sources_, charges.charge, charges.squaredSoftening)),
       local_(locals(sources_, targets_, charges_, Translations(order), context)) {}

@@ -173,13 +173,11 @@ void TargetTree::build(const SourceTree& sources, Split&& split) {
       // Of the parent's open boxes, here already replaced by their children: what is far, what is left.
       const Range singles{static_cast<std::uint32_t>(singles_.size()), 0};
       std::vector<std::uint32_t> left;
-      std::uint64_t charges = 0;
-      bool divisible = false;
+      std::uint64_t charges = 0;  // near, of boxes that can be divided on
       for (const std::uint32_t s : open[b - first]) {
         if (touch(source[s], box)) {
           left.push_back(s);
-          charges += source[s].count();
-          divisible = divisible || !source[s].isLeaf();
+          if (!source[s].isLeaf()) charges += source[s].count();
         } else if (source[s].level == box.level) {
           found.push_back({b, offsetIndex(source[s], box), s});
         } else {
@@ -188,7 +186,7 @@ void TargetTree::build(const SourceTree& sources, Split&& split) {
       }
       singlesOf_.push_back({singles.begin, static_cast<std::uint32_t>(singles_.size())});
       children.clear();
-      if (divisible && box.level < kMaxLevel) split(box, charges, children);
+      if (charges > 0 && box.level < kMaxLevel) split(box, charges, children);
       const Range near{static_cast<std::uint32_t>(near_.size()), 0};
       if (children.empty()) {
         std::sort(left.begin(), left.end(),

@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "polestar/core/detail/simd.h"
+#include "polestar/core/detail/simd_math.h"
 
-// Compiled with -fopenmp-simd -fno-math-errno (see CMakeLists.txt of this folder): without them the square
-// root keeps the loops scalar.
+// Compiled with -fopenmp-simd (see CMakeLists.txt of this folder).
 
 namespace polestar::detail {
 namespace {
@@ -21,7 +20,7 @@ double tilePotential(const double* x, const double* y, const double* z, const do
 #pragma omp simd reduction(+ : sum)
   for (std::size_t j = 0; j < count; ++j) {
     const double dx = px - x[j], dy = py - y[j], dz = pz - z[j];
-    sum += charge[j] / std::sqrt(squaredSoftening + dx * dx + dy * dy + dz * dz);
+    sum += charge[j] * inverseRoot(squaredSoftening + dx * dx + dy * dy + dz * dz);
   }
   return sum;
 }
@@ -34,7 +33,7 @@ void tilePotentialAndGradient(const double* x, const double* y, const double* z,
 #pragma omp simd reduction(+ : sum, gx, gy, gz)
   for (std::size_t j = 0; j < count; ++j) {
     const double dx = px - x[j], dy = py - y[j], dz = pz - z[j];
-    const double inverse = 1 / std::sqrt(squaredSoftening + dx * dx + dy * dy + dz * dz);
+    const double inverse = inverseRoot(squaredSoftening + dx * dx + dy * dy + dz * dz);
     const double term = charge[j] * inverse;
     const double slope = term * inverse * inverse;
     sum += term;
