@@ -38,26 +38,26 @@ struct Factors {
 };
 const Factors kFactors;
 
-// Calls visit(i, R_i) for every coefficient of eight points at once; `zero`, the value of degree 0, scales
-// all.
-template <class Visit>
-POLESTAR_INTO_CLONES void visitHarmonics(int order, const Lanes& x, const Lanes& y, const Lanes& z,
-                                         const Lanes& zero, Visit&& visit) {
-  const Lanes squared = x * x + y * y + z * z;
-  Lanes sectorCos = zero, sectorSin = zero - zero;
+// Calls visit(i, R_i) for every coefficient, for a lane full of points at once; `zero`, the value of degree
+// 0, scales all.
+template <class V, class Visit>
+POLESTAR_INTO_CLONES void visitHarmonics(int order, const V& x, const V& y, const V& z, const V& zero,
+                                         Visit&& visit) {
+  const V squared = x * x + y * y + z * z;
+  V sectorCos = zero, sectorSin = zero - zero;
   for (int m = 0; m <= order; ++m) {
     if (m > 0) {
       const double f = kFactors.sectoral[m];
-      const Lanes next = f * (x * sectorCos - y * sectorSin);
+      const V next = f * (x * sectorCos - y * sectorSin);
       sectorSin = f * (x * sectorSin + y * sectorCos);
       sectorCos = next;
     }
-    Lanes cos = sectorCos, sin = sectorSin, olderCos = cos - cos, olderSin = cos - cos;
+    V cos = sectorCos, sin = sectorSin, olderCos = cos - cos, olderSin = cos - cos;
     for (int n = m; n <= order; ++n) {
       if (n > m) {
         const std::size_t at = Factors::index(n, m);
-        const Lanes rise = kFactors.rise[at] * z, fall = kFactors.fall[at] * squared;
-        const Lanes nextCos = rise * cos - fall * olderCos, nextSin = rise * sin - fall * olderSin;
+        const V rise = kFactors.rise[at] * z, fall = kFactors.fall[at] * squared;
+        const V nextCos = rise * cos - fall * olderCos, nextSin = rise * sin - fall * olderSin;
         olderCos = cos;
         olderSin = sin;
         cos = nextCos;
@@ -69,19 +69,24 @@ POLESTAR_INTO_CLONES void visitHarmonics(int order, const Lanes& x, const Lanes&
   }
 }
 
-POLESTAR_INTO_CLONES double total(const Lanes& v) {
-  return ((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]));
+template <class V>
+POLESTAR_INTO_CLONES double total(const V& v) {
+  double sum = 0;
+  for (std::size_t l = 0; l < sizeof(V) / sizeof(double); ++l) sum += v[l];
+  return sum;
 }
 
-// Eight points in the expansion's frame; those past the end repeat the last one.
+// Points in the expansion's frame; those past the end repeat the last one.
+template <int kLanes>
 struct LanePoints {
-  Lanes x, y, z;
+  Lanes<kLanes> x, y, z;
 };
+template <int kLanes>
 POLESTAR_INTO_CLONES void loadPoints(const ExpansionFrame& frame, const PointView& points, std::size_t begin,
-                                     LanePoints& p) {
+                                     LanePoints<kLanes>& p) {
   const double inverse = 1 / frame.scale;
-  Lanes x{}, y{}, z{};
-  for (int l = 0; l < kLaneCount; ++l) {
+  Lanes<kLanes> x{}, y{}, z{};
+  for (int l = 0; l < kLanes; ++l) {
     const std::size_t i = std::min(begin + l, points.count - 1);
     x[l] = points.x[i];
     y[l] = points.y[i];
@@ -91,8 +96,10 @@ POLESTAR_INTO_CLONES void loadPoints(const ExpansionFrame& frame, const PointVie
   p.y = (y - frame.center[1]) * inverse;
   p.z = (z - frame.center[2]) * inverse;
 }
-POLESTAR_INTO_CLONES void loadCharges(const double* charge, std::size_t begin, std::size_t count, Lanes& q) {
-  for (int l = 0; l < kLaneCount; ++l) q[l] = begin + l < count ? charge[begin + l] : 0.0;
+template <int kLanes>
+POLESTAR_INTO_CLONES void loadCharges(const double* charge, std::size_t begin, std::size_t count,
+                                      Lanes<kLanes>& q) {
+  for (int l = 0; l < kLanes; ++l) q[l] = begin + l < count ? charge[begin + l] : 0.0;
 }
 
 // Coefficients of the derivatives of a local expansion, degree one less.
@@ -133,95 +140,130 @@ POLESTAR_INTO_CLONES void derive(int order, const double* local, Derivatives& d)
 
 // Adds the sums of q R_i(y), or of q R_i(y)/|y|^(2n+1), over charges at y.
 template <bool kInverted>
-POLESTAR_INTO_CLONES void addSums(int order, const ExpansionFrame& frame, const PointView& points,
-                                  const double* charge, double* coefficients) {
-  Lanes sums[kMaxSize];
-  const std::size_t size = expansionSize(order);
-  for (std::size_t i = 0; i < size; ++i) sums[i] = Lanes{};
-  LanePoints p{};
-  Lanes q{};
-  for (std::size_t begin = 0; begin < points.count; begin += kLaneCount) {
-    loadPoints(frame, points, begin, p);
-    loadCharges(charge, begin, points.count, q);
-    if (kInverted) {
-      // R_i(y)/|y|^(2n+1) = R_i(y/|y|^2)/|y|.
-      const Lanes inverse = 1 / (p.x * p.x + p.y * p.y + p.z * p.z);
-      p = {p.x * inverse, p.y * inverse, p.z * inverse};
-      for (int l = 0; l < kLaneCount; ++l) q[l] *= std::sqrt(inverse[l]);
+struct AddSums {
+  int order;
+  const ExpansionFrame& frame;
+  const PointView& points;
+  const double* charge;
+  double* coefficients;
+
+  template <int kLanes>
+  POLESTAR_INTO_CLONES void run() const {
+    using V = Lanes<kLanes>;
+    V sums[kMaxSize];
+    const std::size_t size = expansionSize(order);
+    for (std::size_t i = 0; i < size; ++i) sums[i] = V{};
+    LanePoints<kLanes> p{};
+    V q{};
+    for (std::size_t begin = 0; begin < points.count; begin += kLanes) {
+      loadPoints<kLanes>(frame, points, begin, p);
+      loadCharges<kLanes>(charge, begin, points.count, q);
+      if (kInverted) {
+        // R_i(y)/|y|^(2n+1) = R_i(y/|y|^2)/|y|.
+        const V inverse = 1 / (p.x * p.x + p.y * p.y + p.z * p.z);
+        p = {p.x * inverse, p.y * inverse, p.z * inverse};
+        for (int l = 0; l < kLanes; ++l) q[l] *= std::sqrt(inverse[l]);
+      }
+      visitHarmonics(order, p.x, p.y, p.z, q, [&](int i, const V& value) { sums[i] += value; });
     }
-    visitHarmonics(order, p.x, p.y, p.z, q, [&](int i, const Lanes& value) { sums[i] += value; });
+    for (std::size_t i = 0; i < size; ++i) coefficients[i] += total(sums[i]);
   }
-  for (std::size_t i = 0; i < size; ++i) coefficients[i] += total(sums[i]);
-}
+};
+
+struct AddLocalPotential {
+  int order;
+  const ExpansionFrame& frame;
+  const double* local;
+  const PointView& points;
+  double* potential;
+
+  template <int kLanes>
+  POLESTAR_INTO_CLONES void run() const {
+    using V = Lanes<kLanes>;
+    const double inverse = 1 / frame.scale;
+    LanePoints<kLanes> p{};
+    for (std::size_t begin = 0; begin < points.count; begin += kLanes) {
+      loadPoints<kLanes>(frame, points, begin, p);
+      V sum{};
+      visitHarmonics(order, p.x, p.y, p.z, V{} + inverse,
+                     [&](int i, const V& value) { sum += local[i] * value; });
+      const std::size_t end = std::min(points.count, begin + kLanes);
+      for (std::size_t i = begin; i < end; ++i) potential[i] += sum[i - begin];
+    }
+  }
+};
+
+struct AddLocalPotentialAndGradient {
+  int order;
+  const ExpansionFrame& frame;
+  const double* local;
+  std::span<const Vec3> points;
+  double* potential;
+  Vec3* gradient;
+
+  template <int kLanes>
+  POLESTAR_INTO_CLONES void run() const {
+    using V = Lanes<kLanes>;
+    const double inverse = 1 / frame.scale;
+    Derivatives d;
+    derive(order, local, d);
+    const int derived = order * order;  // coefficients of the derivatives
+    for (std::size_t begin = 0; begin < points.size(); begin += kLanes) {
+      V x{}, y{}, z{};
+      for (int l = 0; l < kLanes; ++l) {
+        const Vec3& point = points[std::min(begin + l, points.size() - 1)];
+        x[l] = point[0];
+        y[l] = point[1];
+        z[l] = point[2];
+      }
+      x = (x - frame.center[0]) * inverse;
+      y = (y - frame.center[1]) * inverse;
+      z = (z - frame.center[2]) * inverse;
+      V sum{}, gx{}, gy{}, gz{};
+      visitHarmonics(order, x, y, z, V{} + inverse, [&](int i, const V& value) {
+        sum += local[i] * value;
+        if (i >= derived) return;
+        gx += d.x[i] * value;
+        gy += d.y[i] * value;
+        gz += d.z[i] * value;
+      });
+      const std::size_t end = std::min(points.size(), begin + kLanes);
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::size_t l = i - begin;
+        potential[i] += sum[l];
+        gradient[i] += inverse * Vec3(gx[l], gy[l], gz[l]);
+      }
+    }
+  }
+};
 
 }  // namespace
 
-POLESTAR_SIMD_CLONES
 void addMultipole(int order, const ExpansionFrame& frame, const PointView& points, const double* charge,
                   double* multipole) {
-  addSums<false>(order, frame, points, charge, multipole);
+  runAtSimdLevel(AddSums<false>{order, frame, points, charge, multipole});
 }
 
-POLESTAR_SIMD_CLONES
 void addLocal(int order, const ExpansionFrame& frame, const PointView& points, const double* charge,
               double* local) {
-  addSums<true>(order, frame, points, charge, local);
+  runAtSimdLevel(AddSums<true>{order, frame, points, charge, local});
 }
 
-POLESTAR_SIMD_CLONES
 void addLocalPotential(int order, const ExpansionFrame& frame, const double* local, const PointView& points,
                        double* potential) {
-  const double inverse = 1 / frame.scale;
-  LanePoints p{};
-  for (std::size_t begin = 0; begin < points.count; begin += kLaneCount) {
-    loadPoints(frame, points, begin, p);
-    Lanes sum{};
-    visitHarmonics(order, p.x, p.y, p.z, Lanes{} + inverse,
-                   [&](int i, const Lanes& value) { sum += local[i] * value; });
-    const std::size_t end = std::min(points.count, begin + kLaneCount);
-    for (std::size_t i = begin; i < end; ++i) potential[i] += sum[i - begin];
-  }
+  runAtSimdLevel(AddLocalPotential{order, frame, local, points, potential});
 }
 
-POLESTAR_SIMD_CLONES
 void addLocalPotentialAndGradient(int order, const ExpansionFrame& frame, const double* local,
                                   std::span<const Vec3> points, double* potential, Vec3* gradient) {
-  const double inverse = 1 / frame.scale;
-  Derivatives d;
-  derive(order, local, d);
-  const int derived = order * order;  // coefficients of the derivatives
-  for (std::size_t begin = 0; begin < points.size(); begin += kLaneCount) {
-    Lanes x{}, y{}, z{};
-    for (int l = 0; l < kLaneCount; ++l) {
-      const Vec3& point = points[std::min(begin + l, points.size() - 1)];
-      x[l] = point[0];
-      y[l] = point[1];
-      z[l] = point[2];
-    }
-    x = (x - frame.center[0]) * inverse;
-    y = (y - frame.center[1]) * inverse;
-    z = (z - frame.center[2]) * inverse;
-    Lanes sum{}, gx{}, gy{}, gz{};
-    visitHarmonics(order, x, y, z, Lanes{} + inverse, [&](int i, const Lanes& value) {
-      sum += local[i] * value;
-      if (i >= derived) return;
-      gx += d.x[i] * value;
-      gy += d.y[i] * value;
-      gz += d.z[i] * value;
-    });
-    const std::size_t end = std::min(points.size(), begin + kLaneCount);
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::size_t l = i - begin;
-      potential[i] += sum[l];
-      gradient[i] += inverse * Vec3(gx[l], gy[l], gz[l]);
-    }
-  }
+  runAtSimdLevel(AddLocalPotentialAndGradient{order, frame, local, points, potential, gradient});
 }
 
 void solidHarmonics(int order, const Vec3& point, double* values) {
-  const Lanes unused{};
+  using V = Lanes<2>;
+  const V unused{};
   visitHarmonics(order, unused + point[0], unused + point[1], unused + point[2], unused + 1.0,
-                 [&](int i, const Lanes& value) { values[i] = value[0]; });
+                 [&](int i, const V& value) { values[i] = value[0]; });
 }
 
 }  // namespace polestar::detail

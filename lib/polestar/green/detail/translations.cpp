@@ -9,28 +9,28 @@
 namespace polestar::detail {
 namespace {
 
-// Sixteen translations go together, eight when there are not more.
-constexpr int kBatch = 2 * kLaneCount;
-template <int kWidth>
+// One coefficient of the translations that go together, kLanes kWidth of them.
+template <int kLanes, int kWidth>
 struct Column {
-  Lanes v[kWidth];
+  Lanes<kLanes> v[kWidth];
 };
 
 constexpr int cosIndex(int n, int m) { return n * n + m; }
 constexpr int sinIndex(int n, int m) { return n * n + n + m; }
 
 // out[at(i)] = sum over j of matrix[i rowStride + j columnStride] in[at(j)], for kRows rows from i on.
-template <int kRows, int kWidth, class Index>
+template <int kRows, int kLanes, int kWidth, class Index>
 POLESTAR_INTO_CLONES void multiplyRows(int i, int size, const double* matrix, int rowStride, int columnStride,
-                                       const Column<kWidth>* in, Column<kWidth>* out, Index&& at) {
+                                       const Column<kLanes, kWidth>* in, Column<kLanes, kWidth>* out,
+                                       Index&& at) {
   const double* row[kRows];
-  Lanes sum[kRows][kWidth];
+  Lanes<kLanes> sum[kRows][kWidth];
   for (int r = 0; r < kRows; ++r) {
     row[r] = matrix + (i + r) * rowStride;
-    for (int w = 0; w < kWidth; ++w) sum[r][w] = Lanes{};
+    for (int w = 0; w < kWidth; ++w) sum[r][w] = Lanes<kLanes>{};
   }
   for (int j = 0; j < size; ++j) {
-    const Column<kWidth>& column = in[at(j)];
+    const Column<kLanes, kWidth>& column = in[at(j)];
     for (int r = 0; r < kRows; ++r) {
       const double factor = row[r][j * columnStride];
       for (int w = 0; w < kWidth; ++w) sum[r][w] += factor * column.v[w];
@@ -41,24 +41,25 @@ POLESTAR_INTO_CLONES void multiplyRows(int i, int size, const double* matrix, in
   }
 }
 
-template <int kWidth, class Index>
+template <int kLanes, int kWidth, class Index>
 POLESTAR_INTO_CLONES void multiply(int size, const double* matrix, int rowStride, int columnStride,
-                                   const Column<kWidth>* in, Column<kWidth>* out, Index&& at) {
+                                   const Column<kLanes, kWidth>* in, Column<kLanes, kWidth>* out,
+                                   Index&& at) {
   int i = 0;
   for (; i + 4 <= size; i += 4) multiplyRows<4>(i, size, matrix, rowStride, columnStride, in, out, at);
   for (; i < size; ++i) multiplyRows<1>(i, size, matrix, rowStride, columnStride, in, out, at);
 }
 
 // Turns the azimuth by `sign` times the angle of the tables.
-template <int kWidth>
+template <int kLanes, int kWidth>
 POLESTAR_INTO_CLONES void turn(int order, const double* cosine, const double* sine, double sign,
-                               Column<kWidth>* values) {
+                               Column<kLanes, kWidth>* values) {
   for (int m = 1; m <= order; ++m) {
     const double c = cosine[m], s = sign * sine[m];
     for (int n = m; n <= order; ++n) {
-      Column<kWidth>&even = values[cosIndex(n, m)], &odd = values[sinIndex(n, m)];
+      Column<kLanes, kWidth>&even = values[cosIndex(n, m)], &odd = values[sinIndex(n, m)];
       for (int w = 0; w < kWidth; ++w) {
-        const Lanes old = even.v[w];
+        const Lanes<kLanes> old = even.v[w];
         even.v[w] = c * old + s * odd.v[w];
         odd.v[w] = c * odd.v[w] - s * old;
       }
@@ -66,9 +67,9 @@ POLESTAR_INTO_CLONES void turn(int order, const double* cosine, const double* si
   }
 }
 
-template <bool kTransposed, int kWidth>
+template <bool kTransposed, int kLanes, int kWidth>
 POLESTAR_INTO_CLONES void tilt(int order, const double* blocks, const std::size_t* blockStart,
-                               const Column<kWidth>* in, Column<kWidth>* out) {
+                               const Column<kLanes, kWidth>* in, Column<kLanes, kWidth>* out) {
   out[0] = in[0];
   for (int n = 1; n <= order; ++n) {
     const double* block = blocks + blockStart[n];
@@ -80,9 +81,9 @@ POLESTAR_INTO_CLONES void tilt(int order, const double* blocks, const std::size_
   }
 }
 
-template <int kWidth>
-POLESTAR_INTO_CLONES void shift(int order, const double* matrix, const Column<kWidth>* in,
-                                Column<kWidth>* out) {
+template <int kLanes, int kWidth>
+POLESTAR_INTO_CLONES void shift(int order, const double* matrix, const Column<kLanes, kWidth>* in,
+                                Column<kLanes, kWidth>* out) {
   for (int m = 0; m <= order; ++m) {
     const int size = order + 1 - m;
     multiply(size, matrix, size, 1, in, out, [=](int i) { return cosIndex(m + i, m); });
@@ -98,12 +99,12 @@ struct BatchOperator {
   const std::size_t* blockStart;
 };
 
-template <int kWidth>
+template <int kLanes, int kWidth>
 POLESTAR_INTO_CLONES void translateColumns(const BatchOperator& op, const double* const* source,
                                            double* const* target, int count) {
   constexpr std::size_t kMaxSize = expansionSize(kMaxOrder);
-  constexpr int kStride = kWidth * kLaneCount;
-  Column<kWidth> x[kMaxSize], y[kMaxSize];
+  constexpr int kStride = kWidth * kLanes;
+  Column<kLanes, kWidth> x[kMaxSize], y[kMaxSize];
   const std::size_t size = expansionSize(op.order);
   for (int l = 0; l < kStride; ++l) {
     const double* values = source[std::min(l, count - 1)];
@@ -122,14 +123,34 @@ POLESTAR_INTO_CLONES void translateColumns(const BatchOperator& op, const double
   }
 }
 
-POLESTAR_SIMD_CLONES
-void translateBatch(const BatchOperator& op, const double* const* source, double* const* target, int count) {
-  if (count > kLaneCount) {
-    translateColumns<2>(op, source, target, count);
-  } else {
-    translateColumns<1>(op, source, target, count);
+// Translations by one operator, source[i] to target[i]. Twice a register's lanes go together, fewer when
+// there are not more.
+struct TranslateAll {
+  const BatchOperator& op;
+  std::span<const Translations::Pair> pairs;
+  const double* source;
+  double* target;
+
+  template <int kLanes>
+  POLESTAR_INTO_CLONES void run() const {
+    constexpr std::size_t kBatch = 2 * kLanes;
+    const std::size_t size = expansionSize(op.order);
+    for (std::size_t begin = 0; begin < pairs.size(); begin += kBatch) {
+      const double* from[kBatch];
+      double* to[kBatch];
+      const int count = static_cast<int>(std::min(kBatch, pairs.size() - begin));
+      for (int l = 0; l < count; ++l) {
+        from[l] = source + size * pairs[begin + l].source;
+        to[l] = target + size * pairs[begin + l].target;
+      }
+      if (count > kLanes) {
+        translateColumns<kLanes, 2>(op, from, to, count);
+      } else {
+        translateColumns<kLanes, 1>(op, from, to, count);
+      }
+    }
   }
-}
+};
 
 double logFactorial(int n) { return std::lgamma(n + 1.0); }
 
@@ -306,23 +327,13 @@ Translations::Operator Translations::makeOperator(const Vec3& vector, std::size_
 
 void Translations::apply(const Operator& op, std::span<const Pair> pairs, const double* source,
                          double* target) const {
-  const std::size_t size = expansionSize(order_);
   const BatchOperator batch{order_,
                             op.direction.cosine.data(),
                             op.direction.sine.data(),
                             tilts_[op.direction.tilt].blocks.data(),
                             shifts_[op.shift].data(),
                             blockStart_.data()};
-  for (std::size_t begin = 0; begin < pairs.size(); begin += kBatch) {
-    const double* from[kBatch];
-    double* to[kBatch];
-    const int count = static_cast<int>(std::min<std::size_t>(kBatch, pairs.size() - begin));
-    for (int l = 0; l < count; ++l) {
-      from[l] = source + size * pairs[begin + l].source;
-      to[l] = target + size * pairs[begin + l].target;
-    }
-    translateBatch(batch, from, to, count);
-  }
+  runAtSimdLevel(TranslateAll{batch, pairs, source, target});
 }
 
 void Translations::multipoleToLocal(const std::array<int, 3>& offset, std::span<const Pair> pairs,

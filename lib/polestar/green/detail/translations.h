@@ -3,8 +3,8 @@
 //
 // A translation is done in three steps: turn the axes so that it points along z, shift along z (which mixes
 // degrees but not orders), turn back. That costs O(p^3) against O(p^4) for the full matrix; many translations
-// by the same vector go through together, sixteen to a batch. [White & Head-Gordon 1996; rotations: Ivanic &
-// Ruedenberg 1996]
+// by the same vector go through together, as many as the registers hold. [White & Head-Gordon 1996;
+// rotations: Ivanic & Ruedenberg 1996]
 
 #include <array>
 #include <cstdint>
