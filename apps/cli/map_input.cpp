@@ -44,6 +44,10 @@ void addMapOptions(CLI::App& app, MapChoices& choices) {
       ->check(CLI::PositiveNumber.description(""))
       ->capture_default_str()
       ->type_name("E");
+  app.add_flag("--prove", choices.prove,
+               "Bound the error of rho G everywhere, with every error of its evaluation, instead of sampling "
+               "it; takes "
+               "about as long as solving");
   addDeviceOption(app, choices.device);
   addCenterOption(app, choices.center);
 }
@@ -84,6 +88,7 @@ void describeMap(const BallMap& map, Session& session) {
                             {"rms", error.rms},
                             {"points", error.points},
                             {"kind", error.bound ? "bound" : "sampled"},
+                            {"sampled", error.bound ? error.sampled : error.max},
                             {"worst", toJson(green.shape().frame().toWorld(error.worst))}};
   json["charge"] = record.charge ? Json(*record.charge) : Json();
   json["green"] = {{"iterations", record.summary.iterations},
@@ -125,6 +130,7 @@ BallMap makeMap(const std::filesystem::path& mesh, const MapChoices& choices, Se
   MapOptions options;
   options.boundary = choices.boundary;
   options.green.tolerance = choices.tolerance;
+  options.green.prove = choices.prove;
   options.ball.core = choices.core;
   options.green.solver = choices.solver;
   options.green.mfs.mode = choices.mfs;
