@@ -47,7 +47,7 @@ void addMapOptions(CLI::App& app, MapChoices& choices) {
   app.add_flag("--prove", choices.prove,
                "Bound the error of rho G everywhere, with every error of its evaluation, instead of sampling "
                "it; takes "
-               "about as long as solving");
+               "several times as long as solving");
   addDeviceOption(app, choices.device);
   addCenterOption(app, choices.center);
 }

@@ -70,7 +70,7 @@ struct GreenOptions {
   double residual = 1e-6;
   int maxIterations = 200;  ///< of GMRES in one pass
   int neighbours = 30;      ///< size of the local inverses of the preconditioner, at most 64
-  /// Enclose the boundary error instead of sampling it: BoundaryError::bound. Costs about as much as the
+  /// Enclose the boundary error instead of sampling it: BoundaryError::bound. Costs two to four times the
   /// solve; as tight as about ten more points a triangle make it.
   bool prove = false;
 
