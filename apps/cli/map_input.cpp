@@ -102,6 +102,7 @@ void describeMap(const BallMap& map, Session& session) {
   if (const auto* layer = std::get_if<SurfaceLayer>(&green.sources())) {
     json["green"]["layer_vertices"] = layer->mesh.vertices.size();
   }
+  if (error.bound) json["green"]["seconds_of_proof"] = record.summary.secondsOfProof;
   if (record.mfs) json["green"]["mfs"] = describeMfs(*record.mfs, unit);
   json["sphere"] = {{"kind", map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial"},
                     {"flips", map.sphere().flips},

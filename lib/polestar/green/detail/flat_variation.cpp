@@ -215,6 +215,7 @@ Patch Patch::narrowed(const Piece& piece) const {
 double Patch::variation(const Piece& piece) const {
   const Ball ball = ballAround(piece);
   const double rho = ball.radius, half = 0.5 * rho * rho;
+  const double reach = (1 + 1e-9) * rho;  // what touches the piece must not seem to be a rounding error away
   double length = 0;
   for (int k = 0; k < 3; ++k) length = std::max(length, (piece[(k + 1) % 3] - piece[k]).norm());
 
@@ -223,7 +224,7 @@ double Patch::variation(const Piece& piece) const {
   double sum = half * (2 / (toPole * toPole * toPole) + bend_);
 
   for (const Edge& e : edges_) {
-    const double d = std::max(0.0, distanceToSegment(ball.center, e.a, e.b) - rho);
+    const double d = std::max(0.0, distanceToSegment(ball.center, e.a, e.b) - reach);
     const double once = lineIntegral1(e.length, d);
     double first = rho * once, second = half * once;
     if (d < rho) {
@@ -236,7 +237,7 @@ double Patch::variation(const Piece& piece) const {
   }
 
   for (const Side& s : sides_) {
-    const double d = std::max(0.0, distance(s, ball.center) - rho);
+    const double d = std::max(0.0, distance(s, ball.center) - reach);
     const double angle = solidAngle(s, piece);
     // A double layer: by its second derivatives or by its size. While the piece lies on one side of it, its
     // potential has one sign, and all but half of it is a constant.
