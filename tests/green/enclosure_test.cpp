@@ -275,7 +275,7 @@ TEST(Enclosure, OfARealModel) {
   const BoundaryError& error = green.boundaryError();
   ASSERT_TRUE(error.bound);
   EXPECT_LE(error.sampled, error.max);
-  EXPECT_LE(error.max, 2 * error.sampled);
+  EXPECT_LE(error.max, 8 * error.sampled);
 }
 
 }  // namespace
