@@ -173,7 +173,7 @@ class MapCommand final : public Command {
     std::vector<std::vector<std::string>> rows{
         {"G", "harmonic radius " + shortNumber(green.harmonicRadius() * green.shape().frame().unit) +
                   "; rho |G| on the surface at most " + shortNumber(green.boundaryError().max) +
-                  " (sampled)"},
+                  (green.boundaryError().bound ? " (proved)" : " (sampled)")},
         {"map", std::string(map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial") +
                     " boundary, quasi-conformal ratio " + shortNumber(map.sphere().qcMean) + " on average"},
         {"cells", counted(map.chart().report().cells.bad(), "inverted cell", "inverted cells") + " of " +

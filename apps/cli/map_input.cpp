@@ -44,6 +44,10 @@ void addMapOptions(CLI::App& app, MapChoices& choices) {
       ->check(CLI::PositiveNumber.description(""))
       ->capture_default_str()
       ->type_name("E");
+  app.add_flag("--prove", choices.prove,
+               "Bound the error of rho G everywhere, with every error of its evaluation, instead of sampling "
+               "it; takes "
+               "several times as long as solving");
   addDeviceOption(app, choices.device);
   addCenterOption(app, choices.center);
 }
@@ -84,6 +88,7 @@ void describeMap(const BallMap& map, Session& session) {
                             {"rms", error.rms},
                             {"points", error.points},
                             {"kind", error.bound ? "bound" : "sampled"},
+                            {"sampled", error.bound ? error.sampled : error.max},
                             {"worst", toJson(green.shape().frame().toWorld(error.worst))}};
   json["charge"] = record.charge ? Json(*record.charge) : Json();
   json["green"] = {{"iterations", record.summary.iterations},
@@ -97,6 +102,7 @@ void describeMap(const BallMap& map, Session& session) {
   if (const auto* layer = std::get_if<SurfaceLayer>(&green.sources())) {
     json["green"]["layer_vertices"] = layer->mesh.vertices.size();
   }
+  if (error.bound) json["green"]["seconds_of_proof"] = record.summary.secondsOfProof;
   if (record.mfs) json["green"]["mfs"] = describeMfs(*record.mfs, unit);
   json["sphere"] = {{"kind", map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial"},
                     {"flips", map.sphere().flips},
@@ -125,6 +131,7 @@ BallMap makeMap(const std::filesystem::path& mesh, const MapChoices& choices, Se
   MapOptions options;
   options.boundary = choices.boundary;
   options.green.tolerance = choices.tolerance;
+  options.green.prove = choices.prove;
   options.ball.core = choices.core;
   options.green.solver = choices.solver;
   options.green.mfs.mode = choices.mfs;

@@ -17,11 +17,12 @@ struct MapChoices {
   GreenSolver solver = GreenSolver::layer;
   MfsMode mfs = MfsMode::paper;
   double tolerance = 1e-3;  ///< of rho |G| on the surface
+  bool prove = false;       ///< enclose that error
   std::optional<Vec3> center;
   DeviceChoice device;
 };
 
-/// Adds --boundary, --core, --solver, --mfs, --tolerance, --device and --center.
+/// Adds --boundary, --core, --solver, --mfs, --tolerance, --prove, --device and --center.
 void addMapOptions(CLI::App& app, MapChoices& choices);
 
 /// A .pmap, or the .vdb that lies beside one.

@@ -68,6 +68,22 @@ TEST_F(MappedBall, JsonHasTheMembersOfTheSchema) {
   EXPECT_NEAR(json["charge"].get<double>(), -1, 1e-3);
 }
 
+TEST_F(MappedBall, ProvesItsBoundaryErrorWhenAsked) {
+  EXPECT_EQ(made_.json()["boundary_error"]["kind"], "sampled");
+  const ScratchFolder scratch;
+  const ToolRun run =
+      runTool({"map", mesh_, "-o", scratch / "ball.vdb", "--dim", "24", "--prove", "-q", "--json"});
+  ASSERT_EQ(run.exitCode, 0) << run.err;
+  const auto error = run.json()["boundary_error"];
+  EXPECT_EQ(error["kind"], "bound");
+  EXPECT_GE(error["max"].get<double>(), error["sampled"].get<double>());
+  // The field that was proved is the one that the .pmap brings back.
+  const ToolSettings points{.input = "0.3 0.2 -0.1\n"};
+  const auto fromMesh = runTool({"eval", mesh_, "--prove", "-q", "--points", "-", "--json"}, points).json();
+  const auto fromMap = runTool({"eval", scratch / "ball.pmap", "--points", "-", "--json"}, points).json();
+  for (const char* name : {"ball", "green", "gradient"}) EXPECT_EQ(fromMesh[name], fromMap[name]) << name;
+}
+
 TEST_F(MappedBall, ThePapersSolverTellsWhatItDid) {
   const ScratchFolder scratch;
   const ToolRun run =

@@ -1,15 +1,42 @@
 #include "polestar/green/green_function.h"
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <limits>
 
 #include "polestar/core/error.h"
 #include "polestar/green/detail/adaptive_layer.h"
+#include "polestar/green/detail/enclosure.h"
 #include "polestar/green/detail/layer_field.h"
 #include "polestar/green/detail/mfs_solver.h"
 #include "polestar/green/detail/point_charge_field.h"
 
 namespace polestar {
+namespace {
+
+// Of the tolerance, what truncated sums may spoil when the error is to be proved.
+constexpr double kTruncation = 0.02;
+
+// Puts an enclosure in the place of the sampled error, where there is one.
+void enclose(const detail::LayerField& field, const GreenOptions& options, GreenRecord& record,
+             Context& context) {
+  const std::size_t triangles = field.mesh().triangles.size();
+  const detail::Enclosure e =
+      detail::encloseBoundary(field, record.harmonicRadius,
+                              {.goal = 0.1 * options.tolerance, .points = 10 * triangles + 50000}, context);
+  BoundaryError& error = record.boundaryError;
+  error.points += e.points;
+  if (!std::isfinite(e.bound)) return;
+  error.sampled = std::max(error.max, e.largest);
+  error.max = e.bound;
+  error.worst = e.weakest;
+  error.truncation = (1 + 1e-9) * e.truncation;  // a limit that the same order keeps again
+  error.bound = true;
+}
+
+}  // namespace
+
 void GreenOptions::validate() const {
   if (!(tolerance > 0)) throw Error(Errc::usage, "GreenOptions: tolerance must be positive");
   if (!(residual > 0 && residual < 1)) throw Error(Errc::usage, "GreenOptions: residual must lie in (0, 1)");
@@ -18,6 +45,8 @@ void GreenOptions::validate() const {
   if (spareVertices < 0) throw Error(Errc::usage, "GreenOptions: spareVertices must not be negative");
   if (maxIterations < 1) throw Error(Errc::usage, "GreenOptions: maxIterations must be positive");
   if (neighbours < 1) throw Error(Errc::usage, "GreenOptions: neighbours must be positive");
+  if (prove && solver != GreenSolver::layer)
+    throw Error(Errc::usage, "GreenOptions: only the error of the solver 'layer' can be proved");
   mfs.validate();
 }
 
@@ -44,15 +73,29 @@ GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options, Co
   options.validate();
   if (options.solver == GreenSolver::mfs) return detail::solveGreenByCharges(shape, options.mfs, context);
   detail::SolvedLayer layer = detail::solveAdaptively(shape, options, context);
-  return restoreGreen(shape, SurfaceLayer{std::move(layer.mesh), std::move(layer.density)},
-                      std::move(layer.record));
+  if (!options.prove) {
+    return restoreGreen(shape, SurfaceLayer{std::move(layer.mesh), std::move(layer.density)},
+                        std::move(layer.record));
+  }
+  const auto start = std::chrono::steady_clock::now();
+  auto field = std::make_shared<const detail::LayerField>(
+      layer.mesh, layer.density, layer.record.accuracy, context,
+      kTruncation * options.tolerance / layer.record.harmonicRadius);
+  enclose(*field, options, layer.record, context);
+  layer.record.summary.secondsOfProof =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return GreenFunction(std::make_shared<const GreenFunction::Data>(
+      GreenFunction::Data{shape, SurfaceLayer{std::move(layer.mesh), std::move(layer.density)},
+                          std::move(field), std::move(layer.record)}));
 }
 
 GreenFunction restoreGreen(StarShape shape, GreenSources sources, GreenRecord record) {
   std::shared_ptr<const HarmonicField> field;
   if (const auto* layer = std::get_if<SurfaceLayer>(&sources)) {
-    field = std::make_shared<const detail::LayerField>(layer->mesh, layer->density, record.accuracy,
-                                                       Context::quiet());
+    const BoundaryError& error = record.boundaryError;
+    field = std::make_shared<const detail::LayerField>(
+        layer->mesh, layer->density, record.accuracy, Context::quiet(),
+        error.bound ? error.truncation / record.harmonicRadius : std::numeric_limits<double>::infinity());
   } else {
     field = std::make_shared<const detail::PointChargeField>(std::get<PointSources>(sources));
   }

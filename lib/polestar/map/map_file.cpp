@@ -122,7 +122,9 @@ json describe(const BallMap& map, const MapProvenance& provenance) {
               {"rms", green.boundaryError.rms},
               {"points", green.boundaryError.points},
               {"worst_inner", toJson(green.boundaryError.worst)},
-              {"kind", green.boundaryError.bound ? "bound" : "sampled"}}}}},
+              {"kind", green.boundaryError.bound ? "bound" : "sampled"},
+              {"sampled", green.boundaryError.sampled},
+              {"truncation", green.boundaryError.truncation}}}}},
           {"chart",
            {{"lines", report.lines},
             {"deepened", report.deepened},
@@ -274,8 +276,13 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   record.accuracy = g.at("accuracy");
   record.unresolvedArea = g.at("unresolved_area");
   const json& e = g.at("boundary_error");
-  record.boundaryError = {e.at("max"), e.at("rms"), e.at("points"), toVec3(e.at("worst_inner")),
-                          e.at("kind") == "bound"};
+  record.boundaryError = {e.at("max"),
+                          e.at("rms"),
+                          e.at("points"),
+                          toVec3(e.at("worst_inner")),
+                          e.at("kind") == "bound",
+                          e.value("sampled", 0.0),
+                          e.value("truncation", 0.0)};
   GreenSources sources = takeSources(raw, path, n);
   GreenFunction green = restoreGreen(shape, std::move(sources), std::move(record));
 

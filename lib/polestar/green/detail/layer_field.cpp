@@ -108,22 +108,24 @@ SumsOfTwoAccuracies makeSums(const PointCharges& places, std::span<const Vec3> t
 }
 
 std::unique_ptr<ChargeField> makeField(PointCharges charges, double accuracy, double finest,
-                                       const Context& context) {
+                                       double truncation, const Context& context) {
   if (charges.size() < kDirectCharges) return std::make_unique<DirectChargeField>(std::move(charges));
-  return std::make_unique<MultipoleField>(charges, orderFor(accuracy), finest, context);
+  return std::make_unique<MultipoleField>(charges, orderFor(accuracy), finest, context, truncation);
 }
 
 LayerField::LayerField(const TriMesh& mesh, std::span<const double> density, double accuracy,
-                       const Context& context)
+                       const Context& context, double truncation)
     : axes_(principalAxes(mesh)),
-      quadrature_(turned(mesh, axes_), context),
+      mesh_(turned(mesh, axes_)),
+      atVertices_(density.begin(), density.end()),
+      quadrature_(mesh_, context),
       density_(quadrature_.near().density(density)) {
   PointCharges charges = quadrature_.places();
   charges.charge = quadrature_.chargesFor(density);
   double shortest = 1;  // no box needs to be smaller than the triangles
   for (std::size_t t = 0; t < quadrature_.triangleCount(); ++t)
     shortest = std::min(shortest, quadrature_.near().nearSphere(t).radius);
-  far_ = makeField(std::move(charges), accuracy, 0.1 * shortest, context);
+  far_ = makeField(std::move(charges), accuracy, 0.1 * shortest, truncation, context);
 }
 
 void LayerField::evaluate(std::span<const Vec3> points, std::span<double> h, std::span<Vec3> gradient) const {

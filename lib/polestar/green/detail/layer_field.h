@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -68,17 +69,31 @@ SumsOfTwoAccuracies makeSums(const PointCharges& places, std::span<const Vec3> t
                              double exact, const std::shared_ptr<PairDevice>& device);
 /// The same for a field.
 std::unique_ptr<ChargeField> makeField(PointCharges charges, double accuracy, double finest,
-                                       const Context& context);
+                                       double truncation, const Context& context);
 
 /// The field of a solved density.
 class LayerField final : public HarmonicField {
  public:
   /// @param accuracy of the potential, relative to its largest value.
-  LayerField(const TriMesh& mesh, std::span<const double> density, double accuracy, const Context& context);
+  /// @param truncation a bound that truncated sums have to keep, if the highest order can do it
+  LayerField(const TriMesh& mesh, std::span<const double> density, double accuracy, const Context& context,
+             double truncation = std::numeric_limits<double>::infinity());
   void evaluate(std::span<const Vec3> points, std::span<double> h, std::span<Vec3> gradient) const override;
+
+  /// What it is made of, for proofs. All of it lies along the surface's principal axes: x there is axes() x
+  /// here.
+  const Mat3& axes() const { return axes_; }
+  const TriMesh& mesh() const { return mesh_; }
+  std::span<const double> atVertices() const { return atVertices_; }
+  const LayerQuadrature& quadrature() const { return quadrature_; }
+  const NearField::Density& nearDensity() const { return density_; }
+  /// See ChargeField.
+  double truncation() const { return far_->truncation(); }
 
  private:
   Mat3 axes_;  // everything below lies along the surface's principal axes
+  TriMesh mesh_;
+  std::vector<double> atVertices_;
   LayerQuadrature quadrature_;
   NearField::Density density_;
   std::unique_ptr<const ChargeField> far_;

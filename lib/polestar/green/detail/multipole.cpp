@@ -5,6 +5,7 @@
 
 #include "polestar/core/detail/parallel.h"
 #include "polestar/green/detail/leaf_groups.h"
+#include "polestar/green/detail/truncation_bound.h"
 
 namespace polestar::detail {
 namespace {
@@ -169,12 +170,24 @@ void MultipoleSums::potential(std::span<const double> charge, std::span<double> 
   });
 }
 
-MultipoleField::MultipoleField(const PointCharges& charges, int order, double finest, const Context& context)
+std::vector<double> MultipoleSums::truncation(std::span<const double> charge) const {
+  const PointCharges sorted = sortedCharges(trees_->sources, charge, trees_->squaredSoftening);
+  return TruncationBound(trees_->sources, trees_->targets, sorted, translations_->order()).atTargets();
+}
+
+MultipoleField::MultipoleField(const PointCharges& charges, int order, double finest, const Context& context,
+                               double truncation)
     : order_(order),
       sources_(positions(charges), enclosingCube(positions(charges)), kFieldLeafCharges),
       targets_(sources_, kFieldNearCharges, finest / sources_.cube().side),
-      charges_(sortedCharges(sources_, charges.charge, charges.squaredSoftening)),
-      local_(locals(sources_, targets_, charges_, Translations(order), context)) {}
+      charges_(sortedCharges(sources_, charges.charge, charges.squaredSoftening)) {
+  while (std::isfinite(truncation) && order_<kMaxOrder&& this->truncation()> truncation) ++order_;
+  local_ = locals(sources_, targets_, charges_, Translations(order_), context);
+}
+
+double MultipoleField::truncation() const {
+  return TruncationBound(sources_, targets_, charges_, order_).anywhere();
+}
 
 void MultipoleField::evaluate(std::span<const Vec3> points, std::span<double> potential,
                               std::span<Vec3> gradient, const Context& context) const {

@@ -2,6 +2,7 @@
 // The fast multipole method for point charges: sums over all pairs in time that grows with charges plus
 // targets. [Greengard & Rokhlin 1987; adaptive lists: Carrier, Greengard & Rokhlin 1988]
 
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -30,6 +31,9 @@ class MultipoleSums final : public PotentialSums {
                  const Context& context) const override;
   /// The same places and targets with another order; shares the lists.
   MultipoleSums withOrder(int order) const;
+  /// What the potentials of these charges may miss for the order's sake, one bound a target
+  /// (TruncationBound).
+  std::vector<double> truncation(std::span<const double> charge) const;
 
  private:
   struct Trees {
@@ -48,10 +52,14 @@ class MultipoleSums final : public PotentialSums {
 class MultipoleField final : public ChargeField {
  public:
   /// Boxes are split down to `finest`, a length.
-  MultipoleField(const PointCharges& charges, int order, double finest, const Context& context);
+  /// @param truncation the order is raised until the bound of what it leaves out is at most this, or
+  /// kMaxOrder reached
+  MultipoleField(const PointCharges& charges, int order, double finest, const Context& context,
+                 double truncation = std::numeric_limits<double>::infinity());
   /// @pre the points lie in the charges' bounding cube, or as good as in it.
   void evaluate(std::span<const Vec3> points, std::span<double> potential, std::span<Vec3> gradient,
                 const Context& context) const override;
+  double truncation() const override;
 
  private:
   int order_;

@@ -30,6 +30,8 @@ class ChargeField {
   /// @throws Error{Errc::cancelled}
   virtual void evaluate(std::span<const Vec3> points, std::span<double> potential, std::span<Vec3> gradient,
                         const Context& context) const = 0;
+  /// What the potential may miss anywhere for the method's sake, as a bound; rounding is not in it.
+  virtual double truncation() const { return 0; }
 };
 
 /// Pair by pair on the CPU, in parallel. Time proportional to charges times targets, memory to their sum.
