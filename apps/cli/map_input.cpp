@@ -44,10 +44,10 @@ void addMapOptions(CLI::App& app, MapChoices& choices) {
       ->check(CLI::PositiveNumber.description(""))
       ->capture_default_str()
       ->type_name("E");
-  app.add_flag("--prove", choices.prove,
-               "Bound the error of rho G everywhere, with every error of its evaluation, instead of sampling "
-               "it; takes "
-               "several times as long as solving");
+  app.add_flag(
+      "--prove", choices.prove,
+      "Bound the error of rho G everywhere, all that its evaluation adds included, instead of sampling "
+      "it; takes two to four times as long as solving");
   addDeviceOption(app, choices.device);
   addCenterOption(app, choices.center);
 }
