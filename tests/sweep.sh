@@ -14,7 +14,7 @@ names=("$@")
 if [[ ${#names[@]} -eq 0 ]]; then
   mapfile -t names < <(awk -F'\t' '$6 == "yes" {print $1}' "$meshes/MANIFEST.tsv")
 fi
-printf '| model | V | verdict | boundary error | unresolved % | charge + 1 | foliation bad | repaired | deep | inverted | collapsed | cells | round trip (voxels) | qc | seconds | MB |\n'
+printf '| model | V | verdict | boundary error | unresolved %% | charge + 1 | foliation bad | repaired | deep | inverted | collapsed | cells | round trip (voxels) | qc | seconds | MB |\n'
 printf '|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n'
 for name in "${names[@]}"; do
   start=$(date +%s.%N)
