@@ -207,6 +207,23 @@ TEST(GreenFunction, RestoredFromItsDensityItIsTheSame) {
   EXPECT_EQ(a, b);
 }
 
+TEST(GreenFunction, ToleranceReachedInTheLastPassIsReached) {
+  GreenOptions options;
+  options.maxPasses = 1;
+  options.tolerance = 0.1;
+  EXPECT_EQ(solveGreen(starShape(smoothStar(3)), options).record().summary.stop, "tolerance reached");
+}
+
+TEST(GreenFunction, AToleranceBeyondReachSpendsTheBudgetAndConverges) {
+  GreenOptions options;
+  options.tolerance = 1e-8;
+  options.growth = 1;
+  options.spareVertices = 100;
+  const GreenFunction green = solveGreen(starShape(smoothStar(3)), options);
+  EXPECT_EQ(green.record().summary.stop, "budget spent");
+  EXPECT_LE(green.record().summary.residual, 1e-6);
+}
+
 TEST(GreenFunction, SaysWhenItDoesNotConverge) {
   GreenOptions options;
   options.maxIterations = 2;

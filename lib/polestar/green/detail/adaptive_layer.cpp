@@ -47,8 +47,9 @@ class LayerRun {
       if (small || last) {
         finish();
         error = measured_.byTriangle;
-        if (record_.boundaryError.max <= options_.tolerance || last) {
-          record_.summary.stop = last ? "passes spent" : "tolerance reached";
+        const bool reached = record_.boundaryError.max <= options_.tolerance;
+        if (reached || last) {
+          record_.summary.stop = reached ? "tolerance reached" : "passes spent";
           break;
         }
       }
@@ -77,14 +78,15 @@ class LayerRun {
   }
 
   void iterate() {
-    // One vertex among many hardly shows in the norm, but its error does in what is split next.
-    const LayerSolution solution =
-        equation_->solve(density_,
-                         {.residual = record_.accuracy,
-                          .largestResidual = 0.03 * options_.tolerance / largestRadius_,
-                          .maxIterations = options_.maxIterations,
-                          .device = device_},
-                         context_);
+    // One vertex among many hardly shows in the norm, but its error does in what is split next. Not below
+    // what the sums can tell.
+    const double largest = std::max(0.03 * options_.tolerance, 3 * options_.residual) / largestRadius_;
+    const LayerSolution solution = equation_->solve(density_,
+                                                    {.residual = record_.accuracy,
+                                                     .largestResidual = largest,
+                                                     .maxIterations = options_.maxIterations,
+                                                     .device = device_},
+                                                    context_);
     record_.summary.iterations += static_cast<int>(solution.residualHistory.size());
     record_.summary.residualHistory = solution.residualHistory;
     record_.summary.residual = solution.residual;
@@ -112,7 +114,7 @@ class LayerRun {
       double green = std::abs(greenAtTargets_[n + t]);
       for (const std::int32_t v : mesh_.triangles[t]) green = std::max(green, std::abs(greenAtTargets_[v]));
       error[t] = record_.harmonicRadius * green;
-      // Nearly always within twice the largest of all samples.
+      // The largest of all samples is seldom more than twice this.
       look[t] = error[t] > 0.4 * options_.tolerance && error[t] < options_.tolerance;
     }
     measureTriangles(

@@ -240,7 +240,7 @@ LayerSolution LayerEquation::solve(const std::vector<double>& initial, const Lay
     rest = -d.test(green);
     const double reached = excess();
     // Refinement that no longer helps has met the accuracy of the sums.
-    const bool stalled = reached > 1 && !(reached < 0.5 * left);
+    const bool stalled = !(reached <= 1 || reached < 0.5 * left);  // also when it is no number
     left = reached;
     if (stalled) break;
   }

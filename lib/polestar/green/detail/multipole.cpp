@@ -181,7 +181,8 @@ MultipoleField::MultipoleField(const PointCharges& charges, int order, double fi
       sources_(positions(charges), enclosingCube(positions(charges)), kFieldLeafCharges),
       targets_(sources_, kFieldNearCharges, finest / sources_.cube().side),
       charges_(sortedCharges(sources_, charges.charge, charges.squaredSoftening)) {
-  while (std::isfinite(truncation) && order_<kMaxOrder&& this->truncation()> truncation) ++order_;
+  auto exceeds = [&] { return std::isfinite(truncation) && this->truncation() > truncation; };
+  while (order_ < kMaxOrder && exceeds()) ++order_;
   local_ = locals(sources_, targets_, charges_, Translations(order_), context);
 }
 

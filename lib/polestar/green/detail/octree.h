@@ -83,7 +83,9 @@ class SourceTree {
 /// `singles`) or, in leaves, charge by charge (`near`).
 class TargetTree {
  public:
-  /// For given targets: a box is split while its targets times its near charges exceed `work`.
+  /// For given targets: a box is split while its targets times its near charges exceed `work`. Here and
+  /// below, charges of leaves do not count: splitting the targets further would turn them into single ones,
+  /// which is dear.
   TargetTree(const SourceTree& sources, std::span<const Vec3> points, double work);
   /// For targets anywhere in the cube: a box is split while more than `nearCharges` are near, down to
   /// `finest` times the cube's side.
