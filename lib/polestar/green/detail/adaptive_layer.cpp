@@ -148,26 +148,38 @@ class LayerRun {
 
   // Halves triangles until the error that is expected of their pieces, which falls like their diameter, is
   // within the tolerance; false when the budget does not allow it.
-  bool split(std::vector<double> expected, double largest) {
+  bool split(std::vector<double> error, double largest) {
     constexpr double kGain = 0.7071;  // of the error by one bisection
     constexpr int kRounds = 8;
+    // Expectations far ahead waste vertices, and early passes are cheap.
+    constexpr std::size_t kGrowth = 3;
+    // At reentrant creases and corners the density is singular, and errors fall more slowly: what is larger
+    // than was expected counts as by so much larger again, but for chance.
+    constexpr double kSlowest = 4;
     // What is close to the tolerance would miss it next time; and whatever is split at all is split well
-    // below it, since a pass costs more than the vertices that it adds. What is still too large after a split
-    // sits at reentrant creases and corners: there the density is singular, and errors fall more slowly.
-    const bool again = record_.summary.passes > 1;
-    const double tolerance = options_.tolerance, worthSplitting = 0.8 * tolerance,
-                 goal = (again ? 0.5 : 0.7) * tolerance;
-    const double before = *std::max_element(expected.begin(), expected.end());
-    for (double& error : expected) {
-      if (error < worthSplitting) error = 0;
-      if (again && error > tolerance) error *= 3;
+    // below it, since a pass costs more than the vertices that it adds.
+    const double worthSplitting = 0.8 * options_.tolerance;
+    double goal = (record_.summary.passes > 1 ? 0.5 : 0.7) * options_.tolerance;
+    const double before = *std::max_element(error.begin(), error.end());
+    for (std::size_t t = 0; t < error.size(); ++t) {
+      if (error[t] < worthSplitting)
+        error[t] = 0;
+      else if (!expected_.empty() && expected_[t] > 0)
+        error[t] *= std::clamp(error[t] / expected_[t], 1.0, kSlowest);
     }
-    for (int round = 0; round < kRounds; ++round) {
+    std::vector<double>& expected = expected_;
+    expected = std::move(error);
+    const std::size_t enough = kGrowth * mesh_.vertices.size();
+    int round = 0;
+    while (round < kRounds && mesh_.vertices.size() < enough) {
       std::vector<char> marked(mesh_.triangles.size());
       for (std::size_t t = 0; t < marked.size(); ++t) marked[t] = expected[t] > goal;
       if (std::find(marked.begin(), marked.end(), 1) == marked.end()) break;
       Refinement refined = bisectLongestEdges(mesh_, marked);
-      if (static_cast<double>(refined.mesh.vertices.size()) > largest) return round > 0;
+      if (static_cast<double>(refined.mesh.vertices.size()) > largest) {
+        goal *= 1.2;  // what is left of the budget goes where the error is largest
+        continue;
+      }
       for (const auto& [a, b] : refined.parents) density_.push_back(0.5 * (density_[a] + density_[b]));
       std::vector<double> finer(refined.mesh.triangles.size());
       for (std::size_t t = 0; t < finer.size(); ++t) {
@@ -179,7 +191,9 @@ class LayerRun {
       }
       expected = std::move(finer);
       mesh_ = std::move(refined.mesh);
+      ++round;
     }
+    if (round == 0) return false;
     context_.log(LogLevel::debug, "boundary error " + std::to_string(before) + ": layer split to " +
                                       std::to_string(mesh_.vertices.size()) + " vertices");
     return true;
@@ -255,6 +269,7 @@ class LayerRun {
   std::shared_ptr<const LayerQuadrature> quadrature_;
   std::optional<LayerEquation> equation_;
   std::vector<double> greenAtTargets_;
+  std::vector<double> expected_;  // error of each triangle, when it was split; 0: no matter
   MeasuredBoundary measured_;
   std::shared_ptr<PairDevice> device_;
   GreenRecord record_;
