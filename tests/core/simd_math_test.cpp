@@ -28,6 +28,18 @@ TEST(SimdMath, InverseRootIsTheInverseSquareRoot) {
   EXPECT_TRUE(std::isfinite(inverseRoot(0)));
 }
 
+TEST(SimdMath, LanesOfInverseRootsAreThoseOfNumbers) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> exponent(-900, 900);
+  for (int i = 0; i < 1000; ++i) {
+    const double a = std::exp2(exponent(random)), b = std::exp2(exponent(random));
+    Lanes<2> both{a, b};
+    invertRoots(both);
+    EXPECT_LE(error(both[0], 1 / std::sqrt(static_cast<long double>(a))), 2) << a;
+    EXPECT_LE(error(both[1], 1 / std::sqrt(static_cast<long double>(b))), 2) << b;
+  }
+}
+
 TEST(SimdMath, LogOfRatioIsTheLogarithm) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> exponent(0, 300), mantissa(1, 2);

@@ -22,15 +22,16 @@ class DeviceSolver : public ::testing::Test {
   /// h inside, from a solve on `device`; always evaluated on the CPU.
   std::vector<double> potentials(const std::shared_ptr<detail::PairDevice>& device) const {
     Context& context = Context::quiet();
-    const auto quadrature = std::make_shared<const detail::LayerQuadrature>(shape_.mesh(), context);
-    const detail::LayerEquation equation(shape_.mesh(), quadrature, 30, context);
+    const auto surface =
+        std::make_shared<const detail::AlignedSurface>(shape_.mesh(), Mat3::Identity(), context);
+    const detail::LayerEquation equation(surface, 30, context);
     const detail::LayerSolution solution = equation.solve({}, {.device = device}, context);
     EXPECT_LE(solution.residual, 1e-6);
     std::vector<Vec3> points = pointsInside(shape_, 300);
     for (Vec3& x : points) x = shape_.frame().toInner(x);
     std::vector<double> h(points.size());
     std::vector<Vec3> gradient(points.size());
-    detail::LayerField(shape_.mesh(), solution.density, 1e-9, context).evaluate(points, h, gradient);
+    detail::LayerField(surface, solution.density, 1e-9, context).evaluate(points, h, gradient);
     return h;
   }
 

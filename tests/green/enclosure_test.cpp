@@ -9,6 +9,7 @@
 #include "polestar/core/error.h"
 #include "polestar/green/detail/flat_variation.h"
 #include "polestar/green/detail/layer_majorants.h"
+#include "polestar/green/detail/principal_axes.h"
 #include "polestar/mesh/shapes.h"
 #include "support/exact_green.h"
 #include "support/layer_potential.h"
@@ -158,7 +159,8 @@ TEST(FlatVariation, FallsLikeTheAreaOfPieces) {
 }
 
 Enclosure enclose(const TriMesh& mesh, std::span<const double> density, double radius, std::size_t points) {
-  const LayerField field(mesh, density, 1e-6, Context::quiet(), 2e-5);
+  const auto surface = std::make_shared<const AlignedSurface>(mesh, principalAxes(mesh), Context::quiet());
+  const LayerField field(surface, density, 1e-6, Context::quiet(), 2e-5);
   Context context;
   return encloseBoundary(field, radius, {.goal = 1e-5, .points = points}, context);
 }

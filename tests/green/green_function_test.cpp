@@ -160,6 +160,48 @@ TEST(GreenFunction, SaysWhenTheBudgetIsSpent) {
   EXPECT_LE(green.layerMesh().vertices.size(), shape.mesh().vertices.size() + 200);
 }
 
+TEST(GreenFunction, SpendsWhatIsLeftOfTheBudgetWhereTheErrorIsLargest) {
+  const StarShape shape = starShape(cube(4), kCubePole);
+  GreenOptions options = onePass();
+  const double unsplit = solveGreen(shape, options).boundaryError().max;
+  options.maxPasses = 8;
+  options.tolerance = 1e-5;  // far beyond the budget
+  options.growth = 1;
+  options.spareVertices = 600;
+  const GreenFunction green = solveGreen(shape, options);
+  EXPECT_EQ(green.record().summary.stop, "budget spent");
+  const std::size_t most = shape.mesh().vertices.size() + 600;
+  EXPECT_LE(green.layerMesh().vertices.size(), most);
+  EXPECT_GE(green.layerMesh().vertices.size(), most - 150);  // a round of splits comes as a whole
+  EXPECT_LT(green.boundaryError().max, 0.4 * unsplit);
+}
+
+// A vertex a thousandth of the height above the middle of an edge: triangles of aspect ratio 1:1000.
+TriMesh withNeedles(TriMesh mesh, std::size_t every) {
+  const std::size_t count = mesh.triangles.size();
+  for (std::size_t t = 0; t < count; t += every) {
+    const auto [a, b, c] = mesh.triangles[t];
+    const Vec3 middle = 0.5 * (mesh.vertices[a] + mesh.vertices[b]);
+    const auto v = static_cast<std::int32_t>(mesh.vertices.size());
+    mesh.vertices.push_back(middle + 1e-3 * (mesh.vertices[c] - middle));
+    mesh.triangles[t] = {a, b, v};
+    mesh.triangles.push_back({b, c, v});
+    mesh.triangles.push_back({c, a, v});
+  }
+  return mesh;
+}
+
+TEST(GreenFunction, NeedlesDoNotStopIt) {
+  const TriMesh ball = icosphere(4);
+  const GreenFunction even = solveGreen(starShape(ball, kBallPole), onePass());
+  const GreenFunction needles = solveGreen(starShape(withNeedles(ball, 7), kBallPole), onePass());
+  EXPECT_LT(needles.record().summary.iterations, 2 * even.record().summary.iterations);
+  EXPECT_LT(needles.boundaryError().max, 2 * even.boundaryError().max);
+  EXPECT_NEAR(needles.charge().value(), -1, 1e-4);
+  const BallGreen exact{kBallPole};
+  EXPECT_LT(radiusError(needles, exact, 1000), 1.5 * radiusError(even, exact, 1000));
+}
+
 TEST(GreenFunction, NarrowPartsKeepTheirDigits) {
   // A bar of 6 x 1 x 1: G falls by e^(-pi sqrt(2) 2.5) = 1.5e-5 from the middle to half a width before its
   // end, and once more towards it: the residual that is good enough elsewhere would be noise there.

@@ -228,6 +228,28 @@ TEST(MultipoleSums, AreLinearAndTheSameForAnyNumberOfThreads) {
   for (std::size_t i = 0; i < once.size(); ++i) EXPECT_EQ(2 * once[i], twice[i]);  // a power of two is exact
 }
 
+TEST(MultipoleSums, InSinglePrecisionRoundAsTheySay) {
+  auto rounding = [](const std::vector<Vec3>& points, const std::vector<Vec3>& targets) {
+    const PointCharges charges = chargesAt(points, 3);
+    const MultipoleSums full(charges, targets, 12);
+    std::vector<double> exact(targets.size()), rounded(targets.size());
+    full.potential(charges.charge, exact, Context::quiet());
+    full.withOrder(12, PairPrecision::single).potential(charges.charge, rounded, Context::quiet());
+    const std::vector<double> size = magnitudes(charges, targets);
+    double worst = 0;
+    for (std::size_t i = 0; i < targets.size(); ++i)
+      worst = std::max(worst, std::abs(rounded[i] - exact[i]) / size[i]);
+    EXPECT_GT(worst, 1e-10) << "nothing was rounded";
+    return worst;
+  };
+  std::vector<Vec3> below = icosphere(5).vertices;
+  for (Vec3& p : below) p *= 0.98;
+  EXPECT_LT(rounding(icosphere(5).vertices, below), 1e-6);
+  std::vector<Vec3> beside = gradedSurface();
+  for (Vec3& p : beside) p += 1e-4 * Vec3(1, -1, 1);
+  EXPECT_LT(rounding(gradedSurface(), beside), 1e-4);
+}
+
 TEST(MultipoleSums, StopWhenCancelled) {
   const std::vector<Vec3> points = gradedSurface();
   const PointCharges charges = chargesAt(points, 3);

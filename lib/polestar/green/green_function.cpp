@@ -11,6 +11,7 @@
 #include "polestar/green/detail/layer_field.h"
 #include "polestar/green/detail/mfs_solver.h"
 #include "polestar/green/detail/point_charge_field.h"
+#include "polestar/green/detail/principal_axes.h"
 
 namespace polestar {
 namespace {
@@ -73,17 +74,16 @@ GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options, Co
   options.validate();
   if (options.solver == GreenSolver::mfs) return detail::solveGreenByCharges(shape, options.mfs, context);
   detail::SolvedLayer layer = detail::solveAdaptively(shape, options, context);
-  if (!options.prove) {
-    return restoreGreen(shape, SurfaceLayer{std::move(layer.mesh), std::move(layer.density)},
-                        std::move(layer.record));
-  }
   const auto start = std::chrono::steady_clock::now();
-  auto field = std::make_shared<const detail::LayerField>(
-      layer.mesh, layer.density, layer.record.accuracy, context,
-      kTruncation * options.tolerance / layer.record.harmonicRadius);
-  enclose(*field, options, layer.record, context);
-  layer.record.summary.secondsOfProof =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double truncation = options.prove ? kTruncation * options.tolerance / layer.record.harmonicRadius
+                                          : std::numeric_limits<double>::infinity();
+  auto field = std::make_shared<const detail::LayerField>(layer.surface, layer.density, layer.record.accuracy,
+                                                          context, truncation);
+  if (options.prove) {
+    enclose(*field, options, layer.record, context);
+    layer.record.summary.secondsOfProof =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
   return GreenFunction(std::make_shared<const GreenFunction::Data>(
       GreenFunction::Data{shape, SurfaceLayer{std::move(layer.mesh), std::move(layer.density)},
                           std::move(field), std::move(layer.record)}));
@@ -94,7 +94,9 @@ GreenFunction restoreGreen(StarShape shape, GreenSources sources, GreenRecord re
   if (const auto* layer = std::get_if<SurfaceLayer>(&sources)) {
     const BoundaryError& error = record.boundaryError;
     field = std::make_shared<const detail::LayerField>(
-        layer->mesh, layer->density, record.accuracy, Context::quiet(),
+        std::make_shared<const detail::AlignedSurface>(layer->mesh, detail::principalAxes(shape.mesh()),
+                                                       Context::quiet()),
+        layer->density, record.accuracy, Context::quiet(),
         error.bound ? error.truncation / record.harmonicRadius : std::numeric_limits<double>::infinity());
   } else {
     field = std::make_shared<const detail::PointChargeField>(std::get<PointSources>(sources));

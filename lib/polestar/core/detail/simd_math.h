@@ -22,6 +22,18 @@ POLESTAR_INTO_CLONES double inverseRoot(double a) {
   return y;
 }
 
+/// The same for lanes, in place. (Functions that return them would depend on the instruction set.)
+template <class V>
+POLESTAR_INTO_CLONES void invertRoots(V& a) {
+  using Bits = decltype(a < a);
+  V y = reinterpret_cast<V>(0x5fe6'eb50'c7b5'37a9 - (reinterpret_cast<Bits>(a) >> 1));
+  for (int step = 0; step < 2; ++step) {
+    const V h = 1 - a * y * y;
+    y += y * (h * (0.5 + h * (0.375 + h * 0.3125)));
+  }
+  a = y;
+}
+
 /// log(a / b) for normal numbers a >= b > 0, within 4 units in the last place.
 POLESTAR_INTO_CLONES double logOfRatio(double a, double b) {
   // The bits of a double are roughly its binary logarithm: their difference, rounded to a whole exponent, is

@@ -30,8 +30,9 @@ class LayerRun {
         device_(PairDevice::open(options.device, context)) {
     record_.summary.solver = "layer";
     for (const Vec3& p : mesh_.vertices) largestRadius_ = std::max(largestRadius_, p.norm());
-    // Until the splits are done a residual well below the tolerance is enough.
-    record_.accuracy = std::max(options.residual, 0.03 * options.tolerance);
+    // To see where the first splits belong a residual well below the tolerance is enough; later solves start
+    // close to the solution, and each may be the last.
+    record_.accuracy = std::max(options.residual, 0.1 * options.tolerance);
   }
 
   SolvedLayer run() {
@@ -65,22 +66,21 @@ class LayerRun {
     record_.charge = charge;
     record_.summary.device = device_ && device_->works() ? device_->name() : "cpu";
     record_.summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    return {std::move(mesh_), std::move(density_), std::move(record_)};
+    return {std::move(mesh_), std::move(surface_), std::move(density_), std::move(record_)};
   }
 
  private:
   void solve() {
-    turned_ = turned(mesh_, axes_);
-    quadrature_ = std::make_shared<const LayerQuadrature>(turned_, context_);
-    equation_.emplace(turned_, quadrature_, options_.neighbours, context_);
-    ++record_.summary.passes;
+    surface_ = std::make_shared<const AlignedSurface>(mesh_, axes_, context_);
+    equation_.emplace(surface_, options_.neighbours, context_);
+    if (++record_.summary.passes > 1) record_.accuracy = options_.residual;
     iterate();
   }
 
   void iterate() {
     // One vertex among many hardly shows in the norm, but its error does in what is split next. Not below
     // what the sums can tell.
-    const double largest = std::max(0.03 * options_.tolerance, 3 * options_.residual) / largestRadius_;
+    const double largest = std::max(0.1 * options_.tolerance, 3 * options_.residual) / largestRadius_;
     const LayerSolution solution = equation_->solve(density_,
                                                     {.residual = record_.accuracy,
                                                      .largestResidual = largest,
@@ -118,16 +118,16 @@ class LayerRun {
       look[t] = error[t] > 0.4 * options_.tolerance && error[t] < options_.tolerance;
     }
     measureTriangles(
-        turned_, look, [&](std::span<const Vec3> points, std::span<double> h) { sumPotential(points, h); },
+        surface_->mesh, look, [&](std::span<const Vec3> points, std::span<double> h) { sumPotential(points, h); },
         record_.harmonicRadius, error);
     return error;
   }
 
   // Potential of the layer at points of the surface, or at the center.
   void sumPotential(std::span<const Vec3> points, std::span<double> h) {
-    makeSums(quadrature_->places(), points, 0.01 * options_.tolerance, device_)
-        ->potential(quadrature_->chargesFor(density_), h, context_);
-    quadrature_->addNearPotential(points, quadrature_->near().density(density_), h, context_);
+    makeSums(surface_->quadrature.places(), points, 0.01 * options_.tolerance, device_)
+        ->potential(surface_->quadrature.chargesFor(density_), h, context_);
+    surface_->quadrature.addNearPotential(points, surface_->quadrature.near().density(density_), h, context_);
   }
 
   void measureHarmonicRadius() {
@@ -140,7 +140,7 @@ class LayerRun {
   void measure() {
     measureHarmonicRadius();
     measured_ = measureBoundary(
-        turned_, [&](std::span<const Vec3> points, std::span<double> h) { sumPotential(points, h); },
+        surface_->mesh, [&](std::span<const Vec3> points, std::span<double> h) { sumPotential(points, h); },
         record_.harmonicRadius);
     measured_.error.worst = axes_.transpose() * measured_.error.worst;
     record_.boundaryError = measured_.error;
@@ -207,7 +207,7 @@ class LayerRun {
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
       const double needed = std::min(options_.residual, std::max(kFinest, 0.1 * kNoise * smallestFlux()));
       // What is needed moves a little with the density: that is not worth another round.
-      if (needed >= (attempt == 0 ? 1 : 0.5) * record_.accuracy) break;
+      if (needed >= (record_.accuracy > options_.residual ? 1 : 0.5) * record_.accuracy) break;
       record_.accuracy = needed;
       iterate();
     }
@@ -222,7 +222,7 @@ class LayerRun {
   void visitFlux(Visit&& visit) const {
     for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
       const Triangle& c = mesh_.triangles[t];
-      const double area = quadrature_->area(t);
+      const double area = surface_->quadrature.area(t);
       const double sigma = -(density_[c[0]] + density_[c[1]] + density_[c[2]]) / 3;
       visit(area, 4 * std::numbers::pi * sigma * std::sqrt(area));
     }
@@ -264,9 +264,8 @@ class LayerRun {
   TriMesh mesh_;
   double largestRadius_ = 0;  // of the surface; the harmonic radius is smaller
   Mat3 axes_;
-  TriMesh turned_;  // mesh_ along the axes
   std::vector<double> density_;
-  std::shared_ptr<const LayerQuadrature> quadrature_;
+  std::shared_ptr<const AlignedSurface> surface_;  // of mesh_
   std::optional<LayerEquation> equation_;
   std::vector<double> greenAtTargets_;
   std::vector<double> expected_;  // error of each triangle, when it was split; 0: no matter

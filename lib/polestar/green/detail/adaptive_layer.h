@@ -4,12 +4,14 @@
 #include <vector>
 
 #include "polestar/core/context.h"
+#include "polestar/green/detail/layer_field.h"
 #include "polestar/green/green_function.h"
 
 namespace polestar::detail {
 
 struct SolvedLayer {
   TriMesh mesh;  ///< inner frame; begins with the vertices of the shape
+  std::shared_ptr<const AlignedSurface> surface;  ///< of `mesh`
   std::vector<double> density;
   GreenRecord record;
 };

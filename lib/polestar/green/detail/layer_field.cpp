@@ -23,6 +23,11 @@ constexpr double kDevicePairs = 1e9;
 // A field is asked for many points: its plan pays earlier.
 constexpr std::size_t kDirectCharges = 1500;
 
+// Only for sums that are corrected later, as those of inner iterations are.
+PairPrecision precisionFor(double accuracy) {
+  return accuracy > 2e-5 ? PairPrecision::single : PairPrecision::full;
+}
+
 // The sums pair by pair, if they are to be had that way; else null.
 std::unique_ptr<PotentialSums> sumPairByPair(const PointCharges& places, std::span<const Vec3> targets,
                                              double accuracy, const std::shared_ptr<PairDevice>& device) {
@@ -92,7 +97,8 @@ void LayerQuadrature::addNearPotential(std::span<const Vec3> points, const NearF
 std::unique_ptr<PotentialSums> makeSums(const PointCharges& places, std::span<const Vec3> targets,
                                         double accuracy, const std::shared_ptr<PairDevice>& device) {
   std::unique_ptr<PotentialSums> sums = sumPairByPair(places, targets, accuracy, device);
-  return sums ? std::move(sums) : std::make_unique<MultipoleSums>(places, targets, orderFor(accuracy));
+  return sums ? std::move(sums)
+              : std::make_unique<MultipoleSums>(places, targets, orderFor(accuracy), precisionFor(accuracy));
 }
 
 SumsOfTwoAccuracies makeSums(const PointCharges& places, std::span<const Vec3> targets, double cheap,
@@ -100,8 +106,11 @@ SumsOfTwoAccuracies makeSums(const PointCharges& places, std::span<const Vec3> t
   SumsOfTwoAccuracies sums{sumPairByPair(places, targets, cheap, device),
                            sumPairByPair(places, targets, exact, device)};
   if (!sums.exact) {
-    auto multipole = std::make_unique<MultipoleSums>(places, targets, orderFor(exact));
-    if (!sums.cheap) sums.cheap = std::make_unique<MultipoleSums>(multipole->withOrder(orderFor(cheap)));
+    auto multipole = std::make_unique<MultipoleSums>(places, targets, orderFor(exact), precisionFor(exact));
+    if (!sums.cheap) {
+      sums.cheap =
+          std::make_unique<MultipoleSums>(multipole->withOrder(orderFor(cheap), precisionFor(cheap)));
+    }
     sums.exact = std::move(multipole);
   }
   return sums;
@@ -113,27 +122,28 @@ std::unique_ptr<ChargeField> makeField(PointCharges charges, double accuracy, do
   return std::make_unique<MultipoleField>(charges, orderFor(accuracy), finest, context, truncation);
 }
 
-LayerField::LayerField(const TriMesh& mesh, std::span<const double> density, double accuracy,
-                       const Context& context, double truncation)
-    : axes_(principalAxes(mesh)),
-      mesh_(turned(mesh, axes_)),
+AlignedSurface::AlignedSurface(const TriMesh& original, const Mat3& along, const Context& context)
+    : axes(along), mesh(turned(original, along)), quadrature(mesh, context) {}
+
+LayerField::LayerField(std::shared_ptr<const AlignedSurface> surface, std::span<const double> density,
+                       double accuracy, const Context& context, double truncation)
+    : surface_(std::move(surface)),
       atVertices_(density.begin(), density.end()),
-      quadrature_(mesh_, context),
-      density_(quadrature_.near().density(density)) {
-  PointCharges charges = quadrature_.places();
-  charges.charge = quadrature_.chargesFor(density);
+      density_(quadrature().near().density(density)) {
+  PointCharges charges = quadrature().places();
+  charges.charge = quadrature().chargesFor(density);
   double shortest = 1;  // no box needs to be smaller than the triangles
-  for (std::size_t t = 0; t < quadrature_.triangleCount(); ++t)
-    shortest = std::min(shortest, quadrature_.near().nearSphere(t).radius);
+  for (std::size_t t = 0; t < quadrature().triangleCount(); ++t)
+    shortest = std::min(shortest, quadrature().near().nearSphere(t).radius);
   far_ = makeField(std::move(charges), accuracy, 0.1 * shortest, truncation, context);
 }
 
 void LayerField::evaluate(std::span<const Vec3> points, std::span<double> h, std::span<Vec3> gradient) const {
   std::vector<Vec3> along(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) along[i] = axes_ * points[i];
+  for (std::size_t i = 0; i < points.size(); ++i) along[i] = axes() * points[i];
   far_->evaluate(along, h, gradient, Context::quiet());
-  const NearField& near = quadrature_.near();
-  const NearIndex& index = quadrature_.nearIndex();
+  const NearField& near = quadrature().near();
+  const NearIndex& index = quadrature().nearIndex();
   forPointBlocks(points.size(), Context::quiet(), [&](std::size_t begin, std::size_t end) {
     NearCandidates candidates;
     visitLeafGroups(
@@ -144,7 +154,7 @@ void LayerField::evaluate(std::span<const Vec3> points, std::span<double> h, std
           for (std::size_t i = 0; i < group.size(); ++i)
             near.addPotentialAndGradient(group[i], candidates, density_, h[indices[i]], gradient[indices[i]]);
         });
-    for (std::size_t i = begin; i < end; ++i) gradient[i] = axes_.transpose() * gradient[i];
+    for (std::size_t i = begin; i < end; ++i) gradient[i] = axes().transpose() * gradient[i];
   });
 }
 

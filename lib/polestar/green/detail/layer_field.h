@@ -71,30 +71,36 @@ SumsOfTwoAccuracies makeSums(const PointCharges& places, std::span<const Vec3> t
 std::unique_ptr<ChargeField> makeField(PointCharges charges, double accuracy, double finest,
                                        double truncation, const Context& context);
 
+/// A surface along axes that turn with it (principalAxes), and its layer's quadrature there.
+struct AlignedSurface {
+  AlignedSurface(const TriMesh& mesh, const Mat3& axes, const Context& context);
+  Mat3 axes;  ///< x along them is axes x
+  TriMesh mesh;
+  LayerQuadrature quadrature;
+};
+
 /// The field of a solved density.
 class LayerField final : public HarmonicField {
  public:
   /// @param accuracy of the potential, relative to its largest value.
   /// @param truncation a bound that truncated sums have to keep, if the highest order can do it
-  LayerField(const TriMesh& mesh, std::span<const double> density, double accuracy, const Context& context,
-             double truncation = std::numeric_limits<double>::infinity());
+  LayerField(std::shared_ptr<const AlignedSurface> surface, std::span<const double> density, double accuracy,
+             const Context& context, double truncation = std::numeric_limits<double>::infinity());
   void evaluate(std::span<const Vec3> points, std::span<double> h, std::span<Vec3> gradient) const override;
 
   /// What it is made of, for proofs. All of it lies along the surface's principal axes: x there is axes() x
   /// here.
-  const Mat3& axes() const { return axes_; }
-  const TriMesh& mesh() const { return mesh_; }
+  const Mat3& axes() const { return surface_->axes; }
+  const TriMesh& mesh() const { return surface_->mesh; }
   std::span<const double> atVertices() const { return atVertices_; }
-  const LayerQuadrature& quadrature() const { return quadrature_; }
+  const LayerQuadrature& quadrature() const { return surface_->quadrature; }
   const NearField::Density& nearDensity() const { return density_; }
   /// See ChargeField.
   double truncation() const { return far_->truncation(); }
 
  private:
-  Mat3 axes_;  // everything below lies along the surface's principal axes
-  TriMesh mesh_;
+  std::shared_ptr<const AlignedSurface> surface_;
   std::vector<double> atVertices_;
-  LayerQuadrature quadrature_;
   NearField::Density density_;
   std::unique_ptr<const ChargeField> far_;
 };
@@ -122,8 +128,7 @@ struct LayerSolution {
 /// The discrete equation, assembled; solves to any residual and again from a better start.
 class LayerEquation {
  public:
-  LayerEquation(const TriMesh& mesh, std::shared_ptr<const LayerQuadrature> quadrature, int neighbours,
-                Context& context);
+  LayerEquation(std::shared_ptr<const AlignedSurface> surface, int neighbours, Context& context);
   ~LayerEquation();
 
   /// GMRES with local inverses, from `initial` (empty: from 0), within a few steps of iterative refinement:

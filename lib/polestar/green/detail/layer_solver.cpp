@@ -5,7 +5,7 @@
 
 #include "polestar/core/detail/parallel.h"
 #include "polestar/green/detail/layer_field.h"
-#include "polestar/green/detail/local_inverse.h"
+#include "polestar/green/detail/sparse_inverse.h"
 
 namespace polestar::detail {
 namespace {
@@ -80,19 +80,21 @@ class RowCollector {
 // hat functions by the rule with weights 1/12 a corner and 3/4 at the centroid, which is exact for quadratic
 // integrands; the lumped areas scale it back to a potential per vertex, so that residuals mean rho |G|.
 struct LayerEquation::Data {
-  std::shared_ptr<const LayerQuadrature> quadrature;
+  std::shared_ptr<const AlignedSurface> surface;
   std::vector<Vec3> targets;  // vertices, then centroids
   VectorXd lumpedArea;
   std::vector<NearRows> near;
-  std::unique_ptr<const LocalInverse> inverse;
+  std::unique_ptr<const SparseInverse> inverse;
+
+  const LayerQuadrature& quadrature() const { return surface->quadrature; }
 
   VectorXd test(const VectorXd& potential) const {
-    const std::size_t n = quadrature->vertexCount();
+    const std::size_t n = quadrature().vertexCount();
     VectorXd moment = VectorXd::Zero(static_cast<Eigen::Index>(n));
-    for (std::size_t t = 0; t < quadrature->triangleCount(); ++t) {
-      const double area = quadrature->area(t);
+    for (std::size_t t = 0; t < quadrature().triangleCount(); ++t) {
+      const double area = quadrature().area(t);
       const double center = area / 4 * potential[static_cast<Eigen::Index>(n + t)];
-      for (const std::int32_t v : quadrature->corners(t)) moment[v] += area / 12 * potential[v] + center;
+      for (const std::int32_t v : quadrature().corners(t)) moment[v] += area / 12 * potential[v] + center;
     }
     return moment.cwiseQuotient(lumpedArea);
   }
@@ -100,7 +102,7 @@ struct LayerEquation::Data {
   // At the targets.
   VectorXd potential(const VectorXd& density, const PotentialSums& sums, const Context& context) const {
     VectorXd potential(static_cast<Eigen::Index>(targets.size()));
-    sums.potential(quadrature->chargesFor(view(density)), {potential.data(), targets.size()}, context);
+    sums.potential(quadrature().chargesFor(view(density)), {potential.data(), targets.size()}, context);
     parallelChunks(near.size(), 1, context, [&](std::size_t c, std::size_t) {
       const NearRows& rows = near[c];
       for (std::size_t i = 0; i < rows.target.size(); ++i) {
@@ -122,7 +124,7 @@ struct LayerEquation::Data {
   }
 
   void assembleNear(const Context& context) {
-    const NearIndex& index = quadrature->nearIndex();
+    const NearIndex& index = quadrature().nearIndex();
     std::vector<std::pair<std::uint32_t, std::uint32_t>> leafOf(targets.size());
     parallelChunks(targets.size(), 4096, context, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
@@ -136,7 +138,7 @@ struct LayerEquation::Data {
       std::optional<RowCollector> collector;
       for (std::size_t i = begin; i < end; ++i) {
         if (i == begin || leafOf[i].first != leafOf[i - 1].first)
-          collector.emplace(*quadrature, index.candidates(leafOf[i].first));
+          collector.emplace(quadrature(), index.candidates(leafOf[i].first));
         collector->append(leafOf[i].second, targets[leafOf[i].second], rows);
       }
       rows.vertex.shrink_to_fit();
@@ -155,7 +157,7 @@ struct LayerEquation::Data {
     projected[0] = rest.norm();
     int k = 0;
     while (k < most && std::abs(projected[k]) > goal) {
-      directions.push_back(inverse->apply(basis[k], lumpedArea));
+      directions.push_back(inverse->apply(basis[k]).cwiseQuotient(lumpedArea));
       VectorXd w = test(potential(directions[k], sums, context));
       for (int j = 0; j <= k; ++j) {
         hessenberg(j, k) = w.dot(basis[j]);
@@ -191,20 +193,20 @@ struct LayerEquation::Data {
   }
 };
 
-LayerEquation::LayerEquation(const TriMesh& mesh, std::shared_ptr<const LayerQuadrature> quadrature,
-                             int neighbours, Context& context)
+LayerEquation::LayerEquation(std::shared_ptr<const AlignedSurface> surface, int neighbours, Context& context)
     : data_(std::make_unique<Data>()) {
   Data& d = *data_;
-  d.quadrature = std::move(quadrature);
+  d.surface = std::move(surface);
+  const TriMesh& mesh = d.surface->mesh;
   d.targets = mesh.vertices;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     d.targets.push_back((mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3);
   d.lumpedArea = VectorXd::Zero(static_cast<Eigen::Index>(mesh.vertices.size()));
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (const std::int32_t v : mesh.triangles[t]) d.lumpedArea[v] += d.quadrature->area(t) / 3;
+    for (const std::int32_t v : mesh.triangles[t]) d.lumpedArea[v] += d.quadrature().area(t) / 3;
   }
   d.assembleNear(context);
-  d.inverse = std::make_unique<const LocalInverse>(mesh.vertices, d.lumpedArea, neighbours, context);
+  d.inverse = std::make_unique<const SparseInverse>(mesh.vertices, d.lumpedArea, neighbours, context);
 }
 
 LayerEquation::~LayerEquation() = default;
@@ -213,7 +215,7 @@ LayerSolution LayerEquation::solve(const std::vector<double>& initial, const Lay
                                    Context& context) const {
   const Data& d = *data_;
   const auto [cheap, exact] =
-      makeSums(d.quadrature->places(), d.targets, std::max(kInnerAccuracy, options.residual),
+      makeSums(d.quadrature().places(), d.targets, std::max(kInnerAccuracy, options.residual),
                0.3 * options.residual, options.device);
   VectorXd green = d.pole();                  // at the targets
   const double scale = d.test(green).norm();  // residuals are relative to it, wherever we start from

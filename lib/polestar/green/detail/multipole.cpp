@@ -12,7 +12,7 @@ namespace {
 
 // Charges of a leaf, and pairs of a leaf's near work: where splitting a box further stopped to pay.
 constexpr std::uint32_t kLeafCharges = 120;
-constexpr double kLeafWork = 32000;
+constexpr double kLeafWork = 64000;
 constexpr std::uint32_t kFieldLeafCharges = 48, kFieldNearCharges = 400;
 constexpr std::size_t kBoxChunk = 32;
 
@@ -115,6 +115,25 @@ PointCharges gather(const PointCharges& sorted, std::span<const TargetTree::Rang
   return near;
 }
 
+// The same in single precision, about `middle`.
+SinglePointCharges gather(const PointCharges& sorted, std::span<const TargetTree::Range> ranges,
+                          const Vec3& middle) {
+  SinglePointCharges near;
+  near.squaredSoftening = static_cast<float>(sorted.squaredSoftening);
+  std::size_t count = 0;
+  for (const TargetTree::Range& r : ranges) count += r.end - r.begin;
+  for (std::vector<float>* values : {&near.x, &near.y, &near.z, &near.charge}) values->reserve(count);
+  for (const TargetTree::Range& r : ranges) {
+    for (std::uint32_t i = r.begin; i < r.end; ++i) {
+      near.x.push_back(static_cast<float>(sorted.x[i] - middle[0]));
+      near.y.push_back(static_cast<float>(sorted.y[i] - middle[1]));
+      near.z.push_back(static_cast<float>(sorted.z[i] - middle[2]));
+      near.charge.push_back(static_cast<float>(sorted.charge[i]));
+    }
+  }
+  return near;
+}
+
 }  // namespace
 
 double truncationError(int order) { return std::pow(10, -2.75 - 0.28 * order); }
@@ -126,7 +145,9 @@ int orderFor(double accuracy) {
   return order;
 }
 
-MultipoleSums::MultipoleSums(const PointCharges& places, std::span<const Vec3> targets, int order) {
+MultipoleSums::MultipoleSums(const PointCharges& places, std::span<const Vec3> targets, int order,
+                             PairPrecision precision)
+    : precision_(precision) {
   const std::vector<Vec3> charged = positions(places);
   std::vector<Vec3> all = charged;
   all.insert(all.end(), targets.begin(), targets.end());
@@ -136,10 +157,14 @@ MultipoleSums::MultipoleSums(const PointCharges& places, std::span<const Vec3> t
   translations_ = std::make_shared<const Translations>(order);
 }
 
-MultipoleSums::MultipoleSums(std::shared_ptr<const Trees> trees, int order)
-    : trees_(std::move(trees)), translations_(std::make_shared<const Translations>(order)) {}
+MultipoleSums::MultipoleSums(std::shared_ptr<const Trees> trees, int order, PairPrecision precision)
+    : trees_(std::move(trees)),
+      precision_(precision),
+      translations_(std::make_shared<const Translations>(order)) {}
 
-MultipoleSums MultipoleSums::withOrder(int order) const { return {trees_, order}; }
+MultipoleSums MultipoleSums::withOrder(int order, PairPrecision precision) const {
+  return {trees_, order, precision};
+}
 
 void MultipoleSums::potential(std::span<const double> charge, std::span<double> potential,
                               const Context& context) const {
@@ -153,6 +178,7 @@ void MultipoleSums::potential(std::span<const double> charge, std::span<double> 
   parallelChunks(boxes.size(), kBoxChunk, context, [&](std::size_t begin, std::size_t end) {
     std::vector<double> values;
     std::vector<Vec3> points;
+    std::vector<Eigen::Vector3f> singlePoints;
     for (std::size_t b = begin; b < end; ++b) {
       const OctreeBox& box = boxes[b];
       if (!box.isLeaf()) continue;
@@ -160,7 +186,15 @@ void MultipoleSums::potential(std::span<const double> charge, std::span<double> 
       points.resize(view.count);
       values.resize(view.count);
       for (std::size_t i = 0; i < view.count; ++i) points[i] = Vec3(view.x[i], view.y[i], view.z[i]);
-      sumPotential(gather(sorted, targets.near(static_cast<std::uint32_t>(b))), points, values);
+      const std::span<const TargetTree::Range> near = targets.near(static_cast<std::uint32_t>(b));
+      if (precision_ == PairPrecision::single) {
+        const Vec3 middle = frameOf(sources.cube(), box).center;
+        singlePoints.resize(view.count);
+        for (std::size_t i = 0; i < view.count; ++i) singlePoints[i] = (points[i] - middle).cast<float>();
+        sumPotential(gather(sorted, near, middle), singlePoints, values);
+      } else {
+        sumPotential(gather(sorted, near), points, values);
+      }
       if (box.level >= 1) {
         addLocalPotential(order, frameOf(sources.cube(), box), &local[expansionSize(order) * b], view,
                           values.data());

@@ -3,6 +3,7 @@
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace polestar::detail {
@@ -90,6 +91,12 @@ SortedPoints::SortedPoints(std::span<const Vec3> points, const Cube& cube)
     y_[i] = p[1];
     z_[i] = p[2];
   }
+}
+
+std::uint32_t SortedPoints::levelApart(std::size_t i) const {
+  if (i == 0) return 0;
+  const std::uint64_t different = keys_[i] ^ keys_[i - 1];
+  return kMaxLevel + 1 - static_cast<std::uint32_t>((std::bit_width(different) + 2) / 3);
 }
 
 void SortedPoints::split(const OctreeBox& box, std::vector<OctreeBox>& children) const {

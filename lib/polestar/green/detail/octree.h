@@ -49,6 +49,9 @@ class SortedPoints {
   PointView view(std::uint32_t begin, std::uint32_t end) const {
     return {x_.data() + begin, y_.data() + begin, z_.data() + begin, end - begin};
   }
+  /// The first level on which point i and the one before it lie in different boxes; kMaxLevel + 1 if there is
+  /// none, 0 for the first point.
+  std::uint32_t levelApart(std::size_t i) const;
   /// Appends the children of a box that hold points.
   void split(const OctreeBox& box, std::vector<OctreeBox>& children) const;
 

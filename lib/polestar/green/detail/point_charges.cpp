@@ -12,6 +12,7 @@ namespace {
 
 // Charges are passed over in tiles that stay in the first-level cache while a block of points visits them.
 constexpr std::size_t kTile = 1024;
+constexpr std::size_t kSingleTile = 256;  // summed in single precision
 
 POLESTAR_SIMD_CLONES
 double tilePotential(const double* x, const double* y, const double* z, const double* charge,
@@ -21,6 +22,18 @@ double tilePotential(const double* x, const double* y, const double* z, const do
   for (std::size_t j = 0; j < count; ++j) {
     const double dx = px - x[j], dy = py - y[j], dz = pz - z[j];
     sum += charge[j] * inverseRoot(squaredSoftening + dx * dx + dy * dy + dz * dz);
+  }
+  return sum;
+}
+
+POLESTAR_SIMD_CLONES
+float tilePotential(const float* x, const float* y, const float* z, const float* charge, std::size_t count,
+                    float px, float py, float pz, float squaredSoftening) {
+  float sum = 0;
+#pragma omp simd reduction(+ : sum)
+  for (std::size_t j = 0; j < count; ++j) {
+    const float dx = px - x[j], dy = py - y[j], dz = pz - z[j];
+    sum += charge[j] / __builtin_sqrtf(squaredSoftening + dx * dx + dy * dy + dz * dz);
   }
   return sum;
 }
@@ -57,6 +70,20 @@ void sumPotential(const PointCharges& q, std::span<const Vec3> points, std::span
       const Vec3& p = points[i];
       potential[i] += tilePotential(&q.x[begin], &q.y[begin], &q.z[begin], &q.charge[begin], count, p[0],
                                     p[1], p[2], q.squaredSoftening);
+    }
+  }
+}
+
+void sumPotential(const SinglePointCharges& q, std::span<const Eigen::Vector3f> points,
+                  std::span<double> potential) {
+  std::fill(potential.begin(), potential.end(), 0.0);
+  for (std::size_t begin = 0; begin < q.size(); begin += kSingleTile) {
+    const std::size_t count = std::min(kSingleTile, q.size() - begin);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Eigen::Vector3f& p = points[i];
+      potential[i] +=
+          static_cast<double>(tilePotential(&q.x[begin], &q.y[begin], &q.z[begin], &q.charge[begin], count,
+                                            p[0], p[1], p[2], q.squaredSoftening));
     }
   }
 }

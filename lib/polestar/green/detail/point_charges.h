@@ -21,8 +21,20 @@ struct PointCharges {
   std::size_t size() const { return x.size(); }
 };
 
+/// The same in single precision, about a place in their middle.
+struct SinglePointCharges {
+  std::vector<float> x, y, z, charge;
+  float squaredSoftening = 0;
+
+  std::size_t size() const { return x.size(); }
+};
+
 /// potential[i] = sum over charges at points[i]. Serial; call it on small blocks from parallel loops.
 void sumPotential(const PointCharges& charges, std::span<const Vec3> points, std::span<double> potential);
+
+/// Points about the same place. Rounds to 1e-7 of the distances from it.
+void sumPotential(const SinglePointCharges& charges, std::span<const Eigen::Vector3f> points,
+                  std::span<double> potential);
 
 /// The same with the gradient.
 void sumPotentialAndGradient(const PointCharges& charges, std::span<const Vec3> points,
