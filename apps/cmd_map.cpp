@@ -166,6 +166,22 @@ class MapCommand final : public Command {
     json["peak_memory_bytes"] = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
   }
 
+  /// What was proved of them; empty when nobody asked.
+  static std::string criticalPoints(const std::vector<SignProof>& proofs) {
+    if (proofs.empty()) return "";
+    const SignProof &first = proofs.front(), &last = proofs.back();
+    std::string text =
+        last.proved()
+            ? "no point but the center within " + shortNumber(1 - last.delta) + " of the solid (proved)"
+            : "not excluded: " + grouped(last.radial.failed) + " of " + grouped(last.faces) +
+                  " faces open at " + shortNumber(1 - last.delta);
+    if (last.proved() && proofs.size() > 1) {
+      text +=
+          "; " + counted(first.radial.failed, "face", "faces") + " open at " + shortNumber(1 - first.delta);
+    }
+    return text;
+  }
+
   static void summarize(const std::vector<fs::path>& outputs, const Certificate& certificate,
                         const BallMap& map, double voxel, Session& session) {
     const GreenFunction& green = map.chart().green();
@@ -174,6 +190,7 @@ class MapCommand final : public Command {
         {"G", "harmonic radius " + shortNumber(green.harmonicRadius() * green.shape().frame().unit) +
                   "; rho |G| on the surface at most " + shortNumber(green.boundaryError().max) +
                   (green.boundaryError().bound ? " (proved)" : " (sampled)")},
+        {"critical", criticalPoints(green.record().signs)},
         {"map", std::string(map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial") +
                     " boundary, quasi-conformal ratio " + shortNumber(map.sphere().qcMean) + " on average"},
         {"cells", counted(map.chart().report().cells.bad(), "inverted cell", "inverted cells") + " of " +
@@ -182,6 +199,7 @@ class MapCommand final : public Command {
                       grouped(cells.invertedDeep) + " of them deep"},
         {"round trip", shortNumber(certificate.roundTrip.max / voxel) + " voxels at most"},
         {"verdict", toString(certificate.verdict)}};
+    std::erase_if(rows, [](const std::vector<std::string>& row) { return row[1].empty(); });
     for (const fs::path& output : outputs) {
       std::error_code ignored;
       const auto bytes = fs::file_size(output, ignored);

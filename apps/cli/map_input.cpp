@@ -47,7 +47,8 @@ void addMapOptions(CLI::App& app, MapChoices& choices) {
   app.add_flag(
       "--prove", choices.prove,
       "Bound the error of rho G everywhere, all that its evaluation adds included, instead of sampling "
-      "it; takes two to four times as long as solving");
+      "it, and enclose the signs that leave G no critical point but the center; takes four to ten times as "
+      "long as solving");
   addDeviceOption(app, choices.device);
   addCenterOption(app, choices.center);
 }
@@ -72,6 +73,31 @@ Json describeMfs(const MfsSummary& mfs, double unit) {
           {"reciprocal_condition", mfs.reciprocalCondition},
           {"collocation_error", mfs.collocationError},
           {"held_out_error", mfs.mode == MfsMode::smooth ? Json(mfs.heldOutError) : Json()}};
+}
+
+Json describeSigns(const std::vector<SignProof>& proofs, const Frame& frame) {
+  const auto sign = [](const SignProof::Sign& s) {
+    return Json{{"failed", s.failed}, {"refuted", s.refuted}, {"worst", s.worst}};
+  };
+  Json list = Json::array();
+  for (const SignProof& proof : proofs) {
+    Json weakest = Json::array();
+    for (const SignProof::Face& face : proof.weakest) {
+      weakest.push_back({{"place", toJson(frame.toWorld(face.place))},
+                         {"radial", face.radial},
+                         {"normal", face.normal},
+                         {"seen", face.seen}});
+    }
+    list.push_back({{"delta", proof.delta},
+                    {"proved", proof.proved()},
+                    {"faces", proof.faces},
+                    {"radial", sign(proof.radial)},
+                    {"normal", sign(proof.normal)},
+                    {"weakest", weakest},
+                    {"points", proof.points},
+                    {"seconds", proof.seconds}});
+  }
+  return list;
 }
 
 /// The members of `map` that its stages know.
@@ -103,6 +129,7 @@ void describeMap(const BallMap& map, Session& session) {
     json["green"]["layer_vertices"] = layer->mesh.vertices.size();
   }
   if (error.bound) json["green"]["seconds_of_proof"] = record.summary.secondsOfProof;
+  json["field_signs"] = describeSigns(record.signs, green.shape().frame());
   if (record.mfs) json["green"]["mfs"] = describeMfs(*record.mfs, unit);
   json["sphere"] = {{"kind", map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial"},
                     {"flips", map.sphere().flips},

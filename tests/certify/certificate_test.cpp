@@ -80,6 +80,76 @@ TEST(Certificate, AnInvertedFoliationCellFails) {
   EXPECT_NE(certificate.failure().find("foliation_cells"), std::string::npos);
 }
 
+// The star with this said of its signs.
+BallMap withSigns(std::vector<SignProof> signs) {
+  const GreenChart& chart = star().chart();
+  GreenRecord record = chart.green().record();
+  record.signs = std::move(signs);
+  auto data = std::make_shared<GreenChart::Data>(
+      GreenChart::Data{restoreGreen(chart.green().shape(), chart.green().sources(), record),
+                       chart.foliation(),
+                       {chart.harmonic().begin(), chart.harmonic().end()},
+                       {chart.harmonicGradient().begin(), chart.harmonicGradient().end()},
+                       {chart.directions().begin(), chart.directions().end()},
+                       chart.report()});
+  return BallMap(GreenChart(std::move(data)), star().sphere());
+}
+
+SignProof provedAt(double delta) {
+  SignProof proof;
+  proof.delta = delta;
+  proof.faces = 1000;
+  proof.radial.worst = proof.normal.worst = -0.1;
+  return proof;
+}
+
+SignProof openAt(double delta) {
+  SignProof proof = provedAt(delta);
+  proof.radial = {3, 2, 0.5};
+  proof.weakest = {{17, Vec3(0.25, 0, 0), 0.5, -0.5, 0.125}};
+  return proof;
+}
+
+TEST(Certificate, EnclosedSignsAreExactAndSayWhatTheyProve) {
+  const Check sampled = checkOf(certify(star(), {}, {}, 1), "field_signs");
+  EXPECT_TRUE(sampled.passed);
+  EXPECT_FALSE(sampled.exact);
+  const Certificate certificate = certify(withSigns({provedAt(1e-3)}), {}, {}, 1);
+  const Check& check = checkOf(certificate, "field_signs");
+  EXPECT_TRUE(check.passed);
+  EXPECT_TRUE(check.exact);
+  EXPECT_FALSE(check.decides);
+  EXPECT_EQ(check.detail,
+            "no critical point but the center within 0.999 of the solid: proved on all 1000 faces");
+  EXPECT_EQ(certificate.signs.points, 0u) << "nothing is left to be sampled";
+}
+
+TEST(Certificate, SignsThatStayOpenAreNoProof) {
+  const Check deeper = checkOf(certify(withSigns({openAt(1e-3), provedAt(2e-3)}), {}, {}, 1), "field_signs");
+  EXPECT_FALSE(deeper.passed);
+  EXPECT_FALSE(deeper.exact);
+  EXPECT_EQ(deeper.value, 3);
+  EXPECT_NE(deeper.detail.find("within 0.998 of the solid: proved"), std::string::npos) << deeper.detail;
+  EXPECT_NE(deeper.detail.find("shrunk to 0.999 it stays open on 3 of 1000 faces (2 with the wrong sign)"),
+            std::string::npos)
+      << deeper.detail;
+  const Vec3 place = star().chart().green().shape().frame().toWorld(Vec3(0.25, 0, 0));
+  EXPECT_NE(deeper.detail.find("near (" + std::to_string(place[0]).substr(0, 4)), std::string::npos)
+      << deeper.detail;
+  const Check never = checkOf(certify(withSigns({openAt(1e-3), openAt(2e-2)}), {}, {}, 1), "field_signs");
+  EXPECT_FALSE(never.passed);
+  EXPECT_FALSE(never.exact);
+  EXPECT_NE(never.detail.find("not proved"), std::string::npos) << never.detail;
+  EXPECT_NE(never.detail.find("shrunk to 0.98"), std::string::npos) << never.detail;
+  SignProof onlyRadial = provedAt(1e-3);
+  onlyRadial.normal = {4, 0, 0.25};
+  const Check entering = checkOf(certify(withSigns({onlyRadial}), {}, {}, 1), "field_signs");
+  EXPECT_FALSE(entering.passed);
+  EXPECT_NE(entering.detail.find("no critical point"), std::string::npos) << entering.detail;
+  EXPECT_NE(entering.detail.find("4 of 1000 faces"), std::string::npos) << entering.detail;
+  EXPECT_FALSE(SignProof{}.proved()) << "nothing was looked at";
+}
+
 TEST(Certificate, RoundTripsDecide) {
   RoundTrip trip;
   trip.points = 100;

@@ -70,6 +70,7 @@ TEST_F(MappedBall, JsonHasTheMembersOfTheSchema) {
 
 TEST_F(MappedBall, ProvesItsBoundaryErrorWhenAsked) {
   EXPECT_EQ(made_.json()["boundary_error"]["kind"], "sampled");
+  EXPECT_TRUE(made_.json()["field_signs"].empty());
   const ScratchFolder scratch;
   const ToolRun run =
       runTool({"map", mesh_, "-o", scratch / "ball.vdb", "--dim", "24", "--prove", "-q", "--json"});
@@ -77,6 +78,13 @@ TEST_F(MappedBall, ProvesItsBoundaryErrorWhenAsked) {
   const auto error = run.json()["boundary_error"];
   EXPECT_EQ(error["kind"], "bound");
   EXPECT_GE(error["max"].get<double>(), error["sampled"].get<double>());
+  const auto signs = run.json()["field_signs"];
+  ASSERT_FALSE(signs.empty());
+  EXPECT_THAT(memberNames(signs[0]),
+              IsSupersetOf({"delta", "proved", "faces", "radial", "normal", "weakest", "points", "seconds"}));
+  EXPECT_EQ(signs[0]["delta"], 1e-3);
+  EXPECT_TRUE(signs.back()["proved"].get<bool>());
+  EXPECT_LT(signs.back()["radial"]["worst"].get<double>(), 0);
   // The field that was proved is the one that the .pmap brings back.
   const ToolSettings points{.input = "0.3 0.2 -0.1\n"};
   const auto fromMesh = runTool({"eval", mesh_, "--prove", "-q", "--points", "-", "--json"}, points).json();

@@ -96,6 +96,48 @@ TEST_F(MapFileTest, HoldsChargesToTheLastBit) {
   EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec3)), 0);
 }
 
+TEST_F(MapFileTest, HoldsWhatWasProvedOfTheSigns) {
+  const GreenFunction& green = map().chart().green();
+  GreenRecord record = green.record();
+  SignProof open;
+  open.delta = 1e-3;
+  open.faces = green.layerMesh().triangles.size();
+  open.radial = {2, 1, 0.5};
+  open.normal = {1, 0, 0.25};
+  open.weakest = {{7, Vec3(0.1, 0.2, 0.3), 0.5, -0.5, 0.4}, {3, Vec3(0.3, 0.2, 0.1), 0.1, -0.75, -0.2}};
+  open.points = 1234;
+  SignProof proved = open;
+  proved.delta = 2e-3;
+  proved.radial = {0, 0, -0.125};
+  proved.weakest.clear();
+  record.signs = {open, proved};
+  auto data = std::make_shared<GreenChart::Data>(
+      GreenChart::Data{restoreGreen(green.shape(), green.sources(), record),
+                       map().chart().foliation(),
+                       {map().chart().harmonic().begin(), map().chart().harmonic().end()},
+                       {map().chart().harmonicGradient().begin(), map().chart().harmonicGradient().end()},
+                       {map().chart().directions().begin(), map().chart().directions().end()},
+                       map().chart().report()});
+  writeMapFile(path_, BallMap(GreenChart(std::move(data)), map().sphere(), map().options()));
+  const std::vector<SignProof> signs = readMapFile(path_).map.chart().green().record().signs;
+  ASSERT_EQ(signs.size(), 2u);
+  EXPECT_FALSE(signs[0].proved());
+  EXPECT_TRUE(signs[1].proved());
+  EXPECT_EQ(signs[0].delta, 1e-3);
+  EXPECT_EQ(signs[0].faces, open.faces);
+  EXPECT_EQ(signs[0].radial.failed, 2u);
+  EXPECT_EQ(signs[0].radial.refuted, 1u);
+  EXPECT_EQ(signs[0].normal.worst, 0.25);
+  EXPECT_EQ(signs[0].points, 1234u);
+  ASSERT_EQ(signs[0].weakest.size(), 2u);
+  EXPECT_EQ(signs[0].weakest[1].triangle, 3u);
+  EXPECT_EQ(signs[0].weakest[1].place, Vec3(0.3, 0.2, 0.1));
+  EXPECT_EQ(signs[0].weakest[1].seen, -0.2);
+  // Without them, as in files of older versions, there are none.
+  writeMapFile(path_, map());
+  EXPECT_TRUE(readMapFile(path_).map.chart().green().record().signs.empty());
+}
+
 TEST_F(MapFileTest, SameMapSameBytes) {
   writeMapFile(path_, map());
   const std::vector<char> first = bytes();

@@ -2,12 +2,44 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace polestar {
 namespace {
 
 std::string counted(std::size_t bad, std::size_t all, const std::string& what) {
   return std::to_string(bad) + " of " + std::to_string(all) + " " + what;
+}
+
+std::string formatted(const char* format, double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+// What enclosures say of critical points: how deep below the surface there are none, and where that fails.
+std::string describe(const std::vector<SignProof>& proofs, const Frame& frame) {
+  const SignProof &first = proofs.front(), &last = proofs.back();
+  std::string text = last.proved()
+                         ? "no critical point but the center within " + formatted("%.4g", 1 - last.delta) +
+                               " of the solid: proved on all " + std::to_string(last.faces) + " faces"
+                         : "that there is no critical point but the center is not proved";
+  const auto addOpen = [&](const SignProof& proof) {
+    const SignProof::Face& weakest = proof.weakest.front();
+    const Vec3 place = frame.toWorld(weakest.place);
+    text += "; shrunk to " + formatted("%.4g", 1 - proof.delta) + " it stays open on " +
+            counted(proof.radial.failed, proof.faces, "faces (") + std::to_string(proof.radial.refuted) +
+            " with the wrong sign), cosine at most " + formatted("%.2g", weakest.radial) + ", seen " +
+            formatted("%.2g", weakest.seen) + " near (" + formatted("%.6g", place[0]) + ", " +
+            formatted("%.6g", place[1]) + ", " + formatted("%.6g", place[2]) + ")";
+  };
+  if (!first.proved()) addOpen(first);
+  if (!last.proved() && proofs.size() > 1) addOpen(last);
+  if (first.normal.failed > 0) {
+    text += "; field lines may enter through " + counted(first.normal.failed, first.faces, "faces at ") +
+            formatted("%.4g", 1 - first.delta);
+  }
+  return text;
 }
 
 }  // namespace
@@ -88,7 +120,8 @@ Certificate certify(const BallMap& map, const CellQuality& sampled, const RoundT
   context.progress("certifying", 0);
   Certificate certificate;
   const GreenChart& chart = map.chart();
-  certificate.signs = sampleSigns(chart.green());
+  const std::vector<SignProof>& proofs = chart.green().record().signs;
+  if (proofs.empty()) certificate.signs = sampleSigns(chart.green());
   certificate.sampled = sampled;
   certificate.roundTrip = roundTrip;
   auto add = [&](const char* name, double value, double limit, bool decides, bool exact, std::string detail) {
@@ -104,9 +137,15 @@ Certificate certify(const BallMap& map, const CellQuality& sampled, const RoundT
   if (const std::optional<double> charge = chart.green().charge()) {
     add("charge", std::abs(*charge + 1), 1e-3, false, false, "total charge of the layer, which is -1");
   }
-  add("field_signs", static_cast<double>(signs.radialFailures + signs.normalFailures), 0, false, false,
-      counted(signs.radialFailures + signs.normalFailures, 2 * signs.points,
-              "signs just inside the surface point the wrong way"));
+  if (proofs.empty()) {
+    add("field_signs", static_cast<double>(signs.radialFailures + signs.normalFailures), 0, false, false,
+        counted(signs.radialFailures + signs.normalFailures, 2 * signs.points,
+                "signs just inside the surface point the wrong way"));
+  } else {
+    const std::size_t open = proofs.front().radial.failed + proofs.front().normal.failed;
+    add("field_signs", static_cast<double>(open), 0, false, open == 0,
+        describe(proofs, chart.green().shape().frame()));
+  }
   add("sphere_flips", static_cast<double>(map.levelFlips()), 0, true, true,
       std::to_string(map.levelFlips()) + " flipped triangles on the sphere, over all levels");
   add("foliation_cells", static_cast<double>(cells.bad()), 0, true, true,

@@ -52,7 +52,7 @@ RoundTrip measureRoundTrip(const VolumeMap& map, std::span<const Vec3> solidPoin
 struct Certificate {
   Verdict verdict = Verdict::failed;
   std::vector<Check> checks;
-  SignReport signs;
+  SignReport signs;  ///< empty where the signs were enclosed: GreenRecord::signs
   CellQuality sampled;
   RoundTrip roundTrip;
 

@@ -12,6 +12,7 @@
 #include "polestar/green/detail/mfs_solver.h"
 #include "polestar/green/detail/point_charge_field.h"
 #include "polestar/green/detail/principal_axes.h"
+#include "polestar/green/detail/sign_enclosure.h"
 
 namespace polestar {
 namespace {
@@ -34,6 +35,22 @@ void enclose(const detail::LayerField& field, const GreenOptions& options, Green
   error.worst = e.weakest;
   error.truncation = (1 + 1e-9) * e.truncation;  // a limit that the same order keeps again
   error.bound = true;
+}
+
+// Just below the surface; where that fails, deeper, until no critical point but the center is left. Depths at
+// which the weakest faces fail again are passed over.
+std::vector<SignProof> encloseSigns(const detail::LayerField& field, Context& context) {
+  const std::size_t points = 20 * field.mesh().triangles.size() + 50000;
+  std::vector<SignProof> proofs{detail::encloseSigns(field, {.delta = 1e-3, .points = points}, context)};
+  for (const double delta : {2e-3, 5e-3, 1e-2, 2e-2}) {
+    if (proofs.back().proved()) break;
+    const detail::SignOptions options{.delta = delta, .points = points};
+    std::vector<std::uint32_t> weakest;
+    for (const SignProof::Face& face : proofs.back().weakest) weakest.push_back(face.triangle);
+    if (detail::radialSignHolds(field, options, weakest, context))
+      proofs.push_back(detail::encloseSigns(field, options, context));
+  }
+  return proofs;
 }
 
 }  // namespace
@@ -81,6 +98,7 @@ GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options, Co
                                                           context, truncation);
   if (options.prove) {
     enclose(*field, options, layer.record, context);
+    layer.record.signs = encloseSigns(*field, context);
     layer.record.summary.secondsOfProof =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }

@@ -7,6 +7,7 @@
 //     surface
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -46,6 +47,35 @@ struct BoundaryError {
   double truncation = 0;
 };
 
+/// Signs of the gradient of G~ = 1/|x| + the layer's potential on S_delta = (1 - delta) S, enclosed.
+///
+/// x . grad G~ is harmonic inside but at the center, where it goes to -infinity: negative on all of S_delta
+/// it is so within, and G~ has no critical point there but the center. n . grad G~ < 0, n the normal of the
+/// face above, says that field lines leave S_delta through every face outwards. Values are x . grad G~ / (|x|
+/// |grad G~|) and n . grad G~ / |grad G~|, from above.
+struct SignProof {
+  static constexpr std::size_t kWeakest = 8;
+  double delta = 0;
+  std::size_t faces = 0;  ///< triangles of the layer, shrunk
+  struct Sign {
+    std::size_t failed = 0;   ///< faces on which it could not be shown everywhere
+    std::size_t refuted = 0;  ///< of these: where some sample has the other one, beyond all errors
+    double worst = -1;        ///< the largest value over all faces; below 0 when shown
+  };
+  Sign radial, normal;
+  struct Face {
+    std::uint32_t triangle = 0;  ///< of the layer
+    Vec3 place = Vec3::Zero();   ///< middle of its weakest piece, inner frame
+    double radial = 0, normal = 0;
+    double seen = 0;  ///< the largest radial value of samples
+  };
+  std::vector<Face> weakest;  ///< up to kWeakest of those where the radial sign failed, worst first
+  std::size_t points = 0;     ///< at which the gradient was evaluated
+  double seconds = 0;
+  /// No critical point in (1 - delta) M but the center.
+  bool proved() const { return faces > 0 && radial.failed == 0; }
+};
+
 enum class GreenSolver {
   layer,  ///< a single layer on the surface
   mfs     ///< point charges outside, the paper's way: see mfs_options.h
@@ -70,8 +100,10 @@ struct GreenOptions {
   double residual = 1e-6;
   int maxIterations = 200;  ///< of GMRES in one pass
   int neighbours = 30;      ///< size of the local inverses of the preconditioner, at most 64
-  /// Enclose the boundary error instead of sampling it: BoundaryError::bound. Costs two to four times the
-  /// solve; as tight as about ten more points a triangle make it.
+  /// Enclose the boundary error instead of sampling it: BoundaryError::bound, as tight as about ten more
+  /// points a triangle make it. And the signs that leave G no critical point but the center:
+  /// GreenRecord::signs. Each costs two to four times the solve, the signs that much again wherever they
+  /// fail.
   bool prove = false;
 
   void validate() const;  ///< @throws Error{Errc::usage}
@@ -102,6 +134,9 @@ struct GreenRecord {
   /// below it. [docs/method.md, "Where the coordinates run out of digits"]
   double unresolvedArea = 0;
   BoundaryError boundaryError;
+  /// For GreenOptions::prove: at delta = 1e-3 and, where that is not proved, at larger ones up to 2e-2, as
+  /// far as there is hope; the last is the first that was proved, if any was.
+  std::vector<SignProof> signs;
   GreenSummary summary;
   std::optional<MfsSummary> mfs;  ///< of the solver mfs
 };

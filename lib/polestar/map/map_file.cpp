@@ -94,54 +94,95 @@ MfsSummary toMfsSummary(const json& j) {
           j.at("held_out_error")};
 }
 
+json toJson(const SignProof::Sign& sign) {
+  return {{"failed", sign.failed}, {"refuted", sign.refuted}, {"worst", sign.worst}};
+}
+
+SignProof::Sign toSign(const json& j) { return {j.at("failed"), j.at("refuted"), j.at("worst")}; }
+
+json toJson(const SignProof& proof) {
+  json weakest = json::array();
+  for (const SignProof::Face& face : proof.weakest) {
+    weakest.push_back({{"triangle", face.triangle},
+                       {"place_inner", toJson(face.place)},
+                       {"radial", face.radial},
+                       {"normal", face.normal},
+                       {"seen", face.seen}});
+  }
+  return {{"delta", proof.delta},           {"faces", proof.faces}, {"points", proof.points},
+          {"radial", toJson(proof.radial)}, {"weakest", weakest},   {"normal", toJson(proof.normal)}};
+}
+
+SignProof toSignProof(const json& j) {
+  SignProof proof;
+  proof.delta = j.at("delta");
+  proof.faces = j.at("faces");
+  proof.points = j.at("points");
+  proof.radial = toSign(j.at("radial"));
+  proof.normal = toSign(j.at("normal"));
+  for (const json& face : j.at("weakest")) {
+    proof.weakest.push_back({face.at("triangle"), toVec3(face.at("place_inner")), face.at("radial"),
+                             face.at("normal"), face.at("seen")});
+  }
+  return proof;
+}
+
+json toJson(const std::vector<SignProof>& proofs) {
+  json list = json::array();
+  for (const SignProof& proof : proofs) list.push_back(toJson(proof));
+  return list;
+}
+
 json describe(const BallMap& map, const MapProvenance& provenance) {
   const GreenChart& chart = map.chart();
   const GreenRecord& green = chart.green().record();
   const ChartReport& report = chart.report();
   const Frame& frame = chart.green().shape().frame();
-  return {{"format", "polestar/pmap"},
-          {"version", kVersion},
-          {"domain", "ball"},
-          {"source", provenance.source},
-          {"arguments", provenance.arguments},
-          {"center", toJson(frame.origin)},
-          {"unit", frame.unit},
-          {"levels", chart.foliation().levels},
-          {"green",
-           {{"solver", green.summary.solver},
-            {"iterations", green.summary.iterations},
-            {"passes", green.summary.passes},
-            {"residual", green.summary.residual},
-            {"harmonic_radius_inner", green.harmonicRadius},
-            {"charge", green.charge ? json(*green.charge) : json()},
-            {"mfs", green.mfs ? toJson(*green.mfs) : json()},
-            {"accuracy", green.accuracy},
-            {"unresolved_area", green.unresolvedArea},
-            {"boundary_error",
-             {{"max", green.boundaryError.max},
-              {"rms", green.boundaryError.rms},
-              {"points", green.boundaryError.points},
-              {"worst_inner", toJson(green.boundaryError.worst)},
-              {"kind", green.boundaryError.bound ? "bound" : "sampled"},
-              {"sampled", green.boundaryError.sampled},
-              {"truncation", green.boundaryError.truncation}}}}},
-          {"chart",
-           {{"lines", report.lines},
-            {"deepened", report.deepened},
-            {"failed", report.failed},
-            {"repaired", report.repaired},
-            {"largest_move_inner", report.largestMove},
-            {"evaluations", report.evaluations},
-            {"direction_flips", report.directionFlips}}},
-          {"sphere",
-           {{"kind", map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial"},
-            {"flips", map.sphere().flips},
-            {"qc_mean", map.sphere().qcMean},
-            {"qc_max", map.sphere().qcMax},
-            {"repaired_vertices", map.sphere().repairedVertices},
-            {"fallback", map.sphere().fallbackReason}}},
-          {"core", map.options().core == CoreMode::smooth ? "smooth" : "paper"},
-          {"core_radius", map.options().coreRadius}};
+  json header{{"format", "polestar/pmap"},
+              {"version", kVersion},
+              {"domain", "ball"},
+              {"source", provenance.source},
+              {"arguments", provenance.arguments},
+              {"center", toJson(frame.origin)},
+              {"unit", frame.unit},
+              {"levels", chart.foliation().levels},
+              {"green",
+               {{"solver", green.summary.solver},
+                {"iterations", green.summary.iterations},
+                {"passes", green.summary.passes},
+                {"residual", green.summary.residual},
+                {"harmonic_radius_inner", green.harmonicRadius},
+                {"charge", green.charge ? json(*green.charge) : json()},
+                {"mfs", green.mfs ? toJson(*green.mfs) : json()},
+                {"accuracy", green.accuracy},
+                {"unresolved_area", green.unresolvedArea},
+                {"boundary_error",
+                 {{"max", green.boundaryError.max},
+                  {"rms", green.boundaryError.rms},
+                  {"points", green.boundaryError.points},
+                  {"worst_inner", toJson(green.boundaryError.worst)},
+                  {"kind", green.boundaryError.bound ? "bound" : "sampled"},
+                  {"sampled", green.boundaryError.sampled},
+                  {"truncation", green.boundaryError.truncation}}}}},
+              {"chart",
+               {{"lines", report.lines},
+                {"deepened", report.deepened},
+                {"failed", report.failed},
+                {"repaired", report.repaired},
+                {"largest_move_inner", report.largestMove},
+                {"evaluations", report.evaluations},
+                {"direction_flips", report.directionFlips}}},
+              {"sphere",
+               {{"kind", map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial"},
+                {"flips", map.sphere().flips},
+                {"qc_mean", map.sphere().qcMean},
+                {"qc_max", map.sphere().qcMax},
+                {"repaired_vertices", map.sphere().repairedVertices},
+                {"fallback", map.sphere().fallbackReason}}},
+              {"core", map.options().core == CoreMode::smooth ? "smooth" : "paper"},
+              {"core_radius", map.options().coreRadius}};
+  if (!green.signs.empty()) header["green"]["signs"] = toJson(green.signs);
+  return header;
 }
 
 [[noreturn]] void fail(const std::filesystem::path& path, const std::string& reason) {
@@ -283,6 +324,7 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
                           e.at("kind") == "bound",
                           e.value("sampled", 0.0),
                           e.value("truncation", 0.0)};
+  for (const json& proof : g.value("signs", json::array())) record.signs.push_back(toSignProof(proof));
   GreenSources sources = takeSources(raw, path, n);
   GreenFunction green = restoreGreen(shape, std::move(sources), std::move(record));
 

@@ -1,47 +1,20 @@
 #include "polestar/green/detail/enclosure.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <unordered_map>
 
 #include "polestar/core/detail/parallel.h"
 #include "polestar/green/detail/flat_variation.h"
 #include "polestar/green/detail/layer_majorants.h"
 #include "polestar/green/detail/multipole.h"
+#include "polestar/green/detail/point_set.h"
 
 namespace polestar::detail {
 namespace {
 
 constexpr double kRounding = 1e-12;  // of a value of G, relative to the largest potential of the pole
-
-// Points of the surface, each once: a point that two triangles ask for has the same coordinates from both.
-class Samples {
- public:
-  std::uint32_t add(const Vec3& p) {
-    const auto [place, isNew] = index_.try_emplace(p, static_cast<std::uint32_t>(points_.size()));
-    if (isNew) points_.push_back(p);
-    return place->second;
-  }
-  std::span<const Vec3> points() const { return points_; }
-
- private:
-  struct Hash {
-    std::size_t operator()(const Vec3& p) const {
-      std::uint64_t hash = 0;
-      for (int k = 0; k < 3; ++k)
-        hash = (hash ^ std::bit_cast<std::uint64_t>(p[k])) * 0x9e3779b97f4a7c15u + (hash >> 29);
-      return static_cast<std::size_t>(hash ^ hash >> 32);
-    }
-  };
-  struct Same {
-    bool operator()(const Vec3& a, const Vec3& b) const { return a == b; }
-  };
-  std::vector<Vec3> points_;
-  std::unordered_map<Vec3, std::uint32_t, Hash, Same> index_;
-};
 
 struct FlatPiece {
   std::array<std::uint32_t, 3> corner{};  // samples
@@ -227,13 +200,8 @@ class Encloser {
       return;
     }
     const Patch narrow = patch.narrowed(whole.corners);
-    const Piece& corner = whole.corners;
-    Piece middle;
-    for (int k = 0; k < 3; ++k) middle[k] = 0.5 * (corner[k] + corner[(k + 1) % 3]);
-    for (int k = 0; k < 4; ++k) {
-      const Piece part = k < 3 ? Piece{corner[k], middle[k], middle[(k + 2) % 3]} : middle;
+    for (const Piece& part : quartersOf(whole.corners))
       cutPiece(narrow, {part, narrow.variation(part), whole.believed}, limit, depth + 1, result);
-    }
   }
 
   Enclosure result() const {
@@ -275,7 +243,7 @@ class Encloser {
   LayerMajorants majorants_;
   FlatVariation flat_;
   std::vector<double> charge_, quadrature_;
-  Samples samples_;
+  PointSet samples_;
   std::vector<double> value_;                   // |G| and what its evaluation may miss, of the samples
   std::vector<std::vector<FlatPiece>> pieces_;  // of every triangle
   double largest_ = 0, rounding_ = 0;

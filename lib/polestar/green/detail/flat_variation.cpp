@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+
+#include "polestar/green/detail/segment_integrals.h"
 
 namespace polestar::detail {
 namespace {
@@ -11,19 +14,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kPi = std::numbers::pi;
 // Farther away from a triangle than this times its radius, its pieces need not be looked at one by one.
 constexpr double kApart = 2;
-constexpr double kRounding = 1e-13;
 
-double distanceToSegment(const Vec3& x, const Vec3& a, const Vec3& b) {
-  const Vec3 edge = b - a, offset = x - a;
-  const double along = std::clamp(edge.dot(offset) / edge.squaredNorm(), 0.0, 1.0);
-  return (offset - along * edge).norm();
-}
-
-// Integrals of 1/r and 1/r^2 along a segment, at a distance d from it at least.
-double lineIntegral1(double length, double d) { return d > 0 ? 2 * std::asinh(length / (2 * d)) : kInfinity; }
-double lineIntegral2(double length, double d) {
-  return d > 0 ? 2 / d * std::atan(length / (2 * d)) : kInfinity;
-}
 // Integral of lineIntegral1 over d from 0: what a path away from the segment collects.
 double path(double length, double d) {
   return d > 0 ? 2 * d * std::asinh(length / (2 * d)) + length * std::asinh(2 * d / length) : 0;
@@ -36,28 +27,7 @@ double path(double length, double from, double to) {
   return path(length, -from) + path(length, to);
 }
 
-// Integrals of 1/r^2 and 1/r^3 over a flat piece of this area, at a distance d at least: largest for a disc
-// about the foot of the point, with r at least d.
-double areaIntegral3(double area, double d) {
-  if (!(d > 0)) return kInfinity;
-  const double radius = std::sqrt(area / kPi);
-  return radius > d ? kPi * (3 / d - 2 / radius) : area / (d * d * d);
-}
-
 }  // namespace
-
-Ball ballAround(const Piece& p) {
-  for (int k = 0; k < 3; ++k) {  // obtuse: the longest side is the diameter
-    const Vec3 &a = p[k], &b = p[(k + 1) % 3], &c = p[(k + 2) % 3];
-    if ((a - c).dot(b - c) <= 0) return {0.5 * (a + b), 0.5 * (a - b).norm()};
-  }
-  const Vec3 u = p[1] - p[0], v = p[2] - p[0], normal = u.cross(v);
-  const Vec3 toCenter =
-      (u.squaredNorm() * v.cross(normal) + v.squaredNorm() * normal.cross(u)) / (2 * normal.squaredNorm());
-  // Rounding must not leave a corner outside.
-  return {p[0] + toCenter,
-          (1 + 1e-12) * std::max({toCenter.norm(), (toCenter - u).norm(), (toCenter - v).norm()})};
-}
 
 FlatVariation::FlatVariation(const TriMesh& mesh, std::span<const double> density, const LayerJumps& jumps,
                              const LayerMajorants& majorants)
@@ -74,12 +44,9 @@ Patch FlatVariation::patch(std::size_t t) const {
   auto alongPlane = [&](const Vec3& v) { return Vec3(v - v.dot(normal) * normal); };
   const std::vector<std::uint32_t>& patch = around.patch;
   for (const std::uint32_t s : patch) {
-    Patch::Side side;
+    Patch::Side side{flatTriangle(mesh_, jumps_, s)};
     double least = kInfinity, most = -kInfinity;
     for (int k = 0; k < 3; ++k) {
-      side.corner[k] = mesh_.corner(s, k);
-      side.conormal[k] = jumps_.conormal[3 * s + k];
-      side.length[k] = (mesh_.corner(s, (k + 1) % 3) - mesh_.corner(s, k)).norm();
       least = std::min(least, density_[mesh_.triangles[s][k]]);
       most = std::max(most, density_[mesh_.triangles[s][k]]);
       addEdge(t, s, static_cast<std::size_t>(jumps_.edges.edgeOf(3 * s + k)), patch, result);
@@ -87,8 +54,6 @@ Patch FlatVariation::patch(std::size_t t) const {
     if (s == t) continue;
     side.density = std::max(std::abs(least), std::abs(most));
     side.oneSign = least >= 0 || most <= 0;
-    side.normal = jumps_.normal[s];
-    side.area = 0.5 * (side.corner[1] - side.corner[0]).cross(side.corner[2] - side.corner[0]).norm();
     side.tilt = alongPlane(jumps_.normal[s]).norm();
     side.slope = alongPlane(jumps_.slope[s]).norm();
     if (!(side.tilt > 0)) continue;
@@ -124,36 +89,6 @@ void FlatVariation::addEdge(std::size_t t, std::uint32_t s, std::size_t e,
   edge.slopeJump =
       edge.own ? (project * slopeJump * edge.across).norm() : (project * slopeJump * project).norm();
   if (edge.jump > 0 || edge.slopeJump > 0) result.edges_.push_back(edge);
-}
-
-// Largest solid angle under which points of the piece see a triangle: it lies within the half-plane beyond
-// each of its edges, and such a half-plane has twice the angle between the directions to its edge and along
-// it. That this angle is at most some alpha <= pi/2 is a convex condition: what holds at the corners holds
-// between them. Corners on the edge itself, up to rounding, say nothing.
-double Patch::solidAngle(const Side& side, const Piece& piece) {
-  double smallest = kInfinity;  // tangent of the angle
-  for (int k = 0; k < 3; ++k) {
-    double largest = 0;
-    for (const Vec3& p : piece) {
-      const Vec3 offset = p - side.corner[k];
-      const double before = offset.dot(side.conormal[k]), above = std::abs(offset.dot(side.normal));
-      if (std::max(std::abs(before), above) <= kRounding * side.length[k]) continue;
-      largest = std::max(largest, before > 0 ? above / before : kInfinity);
-    }
-    smallest = std::min(smallest, largest);
-  }
-  return std::isfinite(smallest) ? 2 * std::atan(smallest) : 2 * kPi;
-}
-
-// To its edges, or to its plane where the foot lies inside.
-double Patch::distance(const Side& side, const Vec3& x) {
-  double nearest = kInfinity;
-  bool inside = true;
-  for (int k = 0; k < 3; ++k) {
-    nearest = std::min(nearest, distanceToSegment(x, side.corner[k], side.corner[(k + 1) % 3]));
-    inside = inside && (x - side.corner[k]).dot(side.conormal[k]) <= 0;
-  }
-  return inside ? std::abs((x - side.corner[0]).dot(side.normal)) : nearest;
 }
 
 // What the integral of 1/r over an edge collects along a path within the piece, at most: for an own edge
@@ -201,7 +136,7 @@ Patch Patch::narrowed(const Piece& piece) const {
     }
   }
   for (const Side& s : sides_) {
-    const double d = distance(s, ball.center) - ball.radius;
+    const double d = distanceTo(s, ball.center) - ball.radius;
     if (d > kApart * ball.radius) {
       result.bend_ +=
           s.tilt * (2 * s.density * areaIntegral3(s.area, d) + s.slope * std::min(2 * kPi, s.area / (d * d)));
@@ -237,17 +172,11 @@ double Patch::variation(const Piece& piece) const {
   }
 
   for (const Side& s : sides_) {
-    const double d = std::max(0.0, distance(s, ball.center) - reach);
-    const double angle = solidAngle(s, piece);
+    const double d = std::max(0.0, distanceTo(s, ball.center) - reach);
+    const double angle = largestSolidAngle(s, piece);
     // A double layer: by its second derivatives or by its size. While the piece lies on one side of it, its
     // potential has one sign, and all but half of it is a constant.
-    bool above = true, below = true;
-    for (const Vec3& p : piece) {
-      const double height = (p - s.corner[0]).dot(s.normal);
-      above = above && height >= -kRounding * length;
-      below = below && height <= kRounding * length;
-    }
-    const double share = s.oneSign && (above || below) ? 0.5 : 1;
+    const double share = s.oneSign && liesOnOneSide(s, piece) ? 0.5 : 1;
     sum += s.tilt * (s.density * std::min(half * 2 * areaIntegral3(s.area, d), share * rho * angle) +
                      s.slope * half * angle);
   }

@@ -9,15 +9,10 @@
 #include <vector>
 
 #include "polestar/core/detail/edge_table.h"
+#include "polestar/green/detail/flat_piece.h"
 #include "polestar/green/detail/layer_majorants.h"
 
 namespace polestar::detail {
-
-/// A triangle cut out of one of the surface's, as its corners.
-using Piece = std::array<Vec3, 3>;
-
-/// The smallest ball around a triangle.
-Ball ballAround(const Piece& piece);
 
 /// What the surroundings of one triangle of the surface contribute to the variation on pieces of it.
 class Patch;
@@ -64,18 +59,12 @@ class Patch {
     Vec3 across = Vec3::Zero();  // own edges: the triangle's conormal
     bool own = false;
   };
-  struct Side {
-    std::array<Vec3, 3> corner, conormal;
-    std::array<double, 3> length{};
-    Vec3 normal;
-    double area = 0;
+  struct Side : FlatTriangle {
     double tilt = 0;     // |normal| along the plane
     double slope = 0;    // |grad sigma| along the plane
     double density = 0;  // largest |sigma|
     bool oneSign = false;
   };
-  static double solidAngle(const Side& side, const Piece& piece);
-  static double distance(const Side& side, const Vec3& x);
   static double alongPaths(const Edge& edge, const Piece& piece, double length);
 
   double quadratureError_ = 0, bend_ = 0;

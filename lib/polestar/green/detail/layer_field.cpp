@@ -94,6 +94,23 @@ void LayerQuadrature::addNearPotential(std::span<const Vec3> points, const NearF
   });
 }
 
+void LayerQuadrature::addNearGradient(std::span<const Vec3> points, const NearField::Density& density,
+                                      std::span<double> far, std::span<Vec3> gradient,
+                                      const Context& context) const {
+  forPointBlocks(points.size(), context, [&](std::size_t begin, std::size_t end) {
+    NearCandidates candidates;
+    visitLeafGroups(
+        points, begin, end, [&](const Vec3& p) { return nearIndex_->locate(p); },
+        [&](std::uint32_t leaf, std::span<const std::uint32_t> indices, std::span<const Vec3> group) {
+          if (nearIndex_->candidates(leaf).empty()) return;
+          candidates.assign(*near_, nearIndex_->candidates(leaf));
+          for (std::size_t i = 0; i < group.size(); ++i)
+            near_->addPotentialAndGradient(group[i], candidates, density, far[indices[i]],
+                                           gradient[indices[i]]);
+        });
+  });
+}
+
 std::unique_ptr<PotentialSums> makeSums(const PointCharges& places, std::span<const Vec3> targets,
                                         double accuracy, const std::shared_ptr<PairDevice>& device) {
   std::unique_ptr<PotentialSums> sums = sumPairByPair(places, targets, accuracy, device);
@@ -142,20 +159,8 @@ void LayerField::evaluate(std::span<const Vec3> points, std::span<double> h, std
   std::vector<Vec3> along(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) along[i] = axes() * points[i];
   far_->evaluate(along, h, gradient, Context::quiet());
-  const NearField& near = quadrature().near();
-  const NearIndex& index = quadrature().nearIndex();
-  forPointBlocks(points.size(), Context::quiet(), [&](std::size_t begin, std::size_t end) {
-    NearCandidates candidates;
-    visitLeafGroups(
-        along, begin, end, [&](const Vec3& p) { return index.locate(p); },
-        [&](std::uint32_t leaf, std::span<const std::uint32_t> indices, std::span<const Vec3> group) {
-          if (index.candidates(leaf).empty()) return;
-          candidates.assign(near, index.candidates(leaf));
-          for (std::size_t i = 0; i < group.size(); ++i)
-            near.addPotentialAndGradient(group[i], candidates, density_, h[indices[i]], gradient[indices[i]]);
-        });
-    for (std::size_t i = begin; i < end; ++i) gradient[i] = axes().transpose() * gradient[i];
-  });
+  quadrature().addNearGradient(along, density_, h, gradient, Context::quiet());
+  for (Vec3& g : gradient) g = axes().transpose() * g;
 }
 
 }  // namespace polestar::detail

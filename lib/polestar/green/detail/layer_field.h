@@ -43,6 +43,9 @@ class LayerQuadrature {
   /// afterwards.
   void addNearPotential(std::span<const Vec3> points, const NearField::Density& density,
                         std::span<double> far, const Context& context) const;
+  /// The same with the gradient.
+  void addNearGradient(std::span<const Vec3> points, const NearField::Density& density, std::span<double> far,
+                       std::span<Vec3> gradient, const Context& context) const;
 
  private:
   std::size_t vertexCount_;

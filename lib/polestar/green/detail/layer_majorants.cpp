@@ -24,12 +24,11 @@ constexpr std::array<double, kGauss> kGaussWeight{0.118463442528095, 0.239314335
 // Degrees up to here are computed, the rest is bounded.
 constexpr int kDegree = 5;
 
-// Mean of |x - y|^-k over charges with center c, spread m2 = sum q |y - c|^2, all within `radius` of x's
-// distance: Taylor's formula about c, whose linear term vanishes; the second derivatives of r^-k are at most
-// k (k + 1)/r^(k+2).
-template <int k>
-double spreadKernel(double weight, double spread, double distance, double nearest) {
-  return weight / std::pow(distance, k) + 0.5 * k * (k + 1) * spread / std::pow(nearest, k + 2);
+template <int power>
+double integerPower(double x) {
+  double result = x;
+  for (int k = 1; k < power; ++k) result *= x;
+  return result;
 }
 
 double farthestCorner(const TriMesh& mesh, std::size_t t, const Vec3& from) {
@@ -70,6 +69,18 @@ LayerJumps::Edge LayerJumps::edge(std::size_t e) const {
   return result;
 }
 
+FlatTriangle flatTriangle(const TriMesh& mesh, const LayerJumps& jumps, std::size_t t) {
+  FlatTriangle flat;
+  for (int k = 0; k < 3; ++k) {
+    flat.corner[k] = mesh.corner(t, k);
+    flat.conormal[k] = jumps.conormal[3 * t + k];
+    flat.length[k] = (mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k)).norm();
+  }
+  flat.normal = jumps.normal[t];
+  flat.area = 0.5 * (flat.corner[1] - flat.corner[0]).cross(flat.corner[2] - flat.corner[0]).norm();
+  return flat;
+}
+
 void LayerMajorants::Tilts::add(double w, const Vec3& v) {
   const double length = v.norm();
   if (!(length > 0)) return;
@@ -97,6 +108,14 @@ void LayerMajorants::Bend::add(const Bend& other) {
 double LayerMajorants::Bend::at(double distance, const Vec3& normal) const {
   return (2 * charge.along(normal) / distance + jump.along(normal) + slope.along(normal)) /
          (distance * distance);
+}
+
+// Sum of w |x - y|^-power for x in the ball, no y nearer to it than `nearest`: Taylor's formula about the
+// center, whose linear term vanishes; the second derivatives of r^-k are at most k (k + 1)/r^(k+2).
+template <int power>
+double LayerMajorants::Cluster::at(const Ball& ball, double nearest) const {
+  return weight / integerPower<power>((ball.center - center).norm() - ball.radius) +
+         0.5 * power * (power + 1) * spread / integerPower<power + 2>(nearest);
 }
 
 LayerMajorants::LayerMajorants(const TriMesh& mesh, const LayerQuadrature& quadrature,
@@ -148,7 +167,14 @@ LayerMajorants::Item LayerMajorants::itemOf(const TriMesh& mesh, std::size_t t,
     }
   }
   double sum = 0;
-  for (std::size_t i = 0; i < count; ++i) sum += magnitude[i];
+  for (std::size_t i = 0; i < count; ++i) {
+    sum += magnitude[i];
+    item.charge.center += magnitude[i] * Vec3(x[i], y[i], z[i]);
+  }
+  item.charge.weight = sum;
+  item.charge.center = sum > 0 ? Vec3(item.charge.center / sum) : item.centroid;
+  for (std::size_t i = 0; i < count; ++i)
+    item.charge.spread += magnitude[i] * (Vec3(x[i], y[i], z[i]) - item.charge.center).squaredNorm();
   item.radius = radius;
   item.bend.charge.add(sum, jumps.normal[t]);
   item.bend.slope.add(area, jumps.slope[t]);
@@ -171,16 +197,39 @@ LayerMajorants::Item LayerMajorants::itemOf(const TriMesh& mesh, std::size_t t,
   for (int n = 3; n <= kDegree; ++n) {
     double squared = 0;
     for (int i = n * n; i < (n + 1) * (n + 1); ++i) squared += moments[i] * moments[i];
-    item.defect += cube * std::sqrt(squared) * std::pow(share, n - 3);
+    const double degree = cube * std::sqrt(squared) * std::pow(share, n - 3);
+    item.defect += degree;
+    item.slopeDefect += (n + 1) * degree;
   }
   double rest = 0;
   for (std::size_t i = 0; i < count; ++i)
     rest += magnitude[i] *
             std::pow((Vec3(x[i], y[i], z[i]) - item.centroid).squaredNorm() / (radius * radius), 3);
-  item.defect += cube * rest * std::pow(share, kDegree - 2) / (1 - share);
-  // The charges are softened: softening^2/(2 r^3) of difference, and no two points are farther apart than 2.
+  rest *= cube * std::pow(share, kDegree - 2) / (1 - share);
+  item.defect += rest;
+  item.slopeDefect += rest * (kDegree + 2 + share / (1 - share));
+  // The charges are softened: softening^2/(2 r^3) of difference, 3/r times as much in the gradient, and no
+  // two points are farther apart than 2.
   item.defect += sum * quadrature.places().squaredSoftening;
+  item.slopeDefect += 3 * sum * quadrature.places().squaredSoftening;
   return item;
+}
+
+template <class Member>
+LayerMajorants::Cluster LayerMajorants::clustered(std::uint32_t begin, std::uint32_t end, const Vec3& middle,
+                                                  Member&& member) const {
+  Cluster all;
+  for (std::uint32_t i = begin; i < end; ++i) {
+    const Cluster one = member(items_[order_[i]]);
+    all.weight += one.weight;
+    all.center += one.weight * one.center;
+  }
+  all.center = all.weight > 0 ? Vec3(all.center / all.weight) : middle;
+  for (std::uint32_t i = begin; i < end; ++i) {
+    const Cluster one = member(items_[order_[i]]);
+    all.spread += one.spread + one.weight * (one.center - all.center).squaredNorm();
+  }
+  return all;
 }
 
 std::uint32_t LayerMajorants::build(std::uint32_t begin, std::uint32_t end) {
@@ -195,16 +244,19 @@ std::uint32_t LayerMajorants::build(std::uint32_t begin, std::uint32_t end) {
     low = low.cwiseMin(item.centroid);
     high = high.cwiseMax(item.centroid);
     node.bend.add(item.bend);
-    node.defect += item.defect;
-    node.defectCenter += item.defect * item.centroid;
     node.nearRadius = std::max(node.nearRadius, item.nearRadius);
   }
   node.middle = 0.5 * (low + high);
-  node.defectCenter = node.defect > 0 ? Vec3(node.defectCenter / node.defect) : node.middle;
+  node.defect = clustered(begin, end, node.middle, [](const Item& i) {
+    return Cluster{i.defect, 0, i.centroid};
+  });
+  node.slopeDefect = clustered(begin, end, node.middle, [](const Item& i) {
+    return Cluster{i.slopeDefect, 0, i.centroid};
+  });
+  node.charge = clustered(begin, end, node.middle, [](const Item& i) { return i.charge; });
   for (std::uint32_t i = begin; i < end; ++i) {
     const Item& item = items_[order_[i]];
-    node.defectSpread += item.defect * (item.centroid - node.defectCenter).squaredNorm();
-    // The center of the defects lies within the same ball.
+    // The centers of the clusters lie within the same ball.
     node.radius = std::max(node.radius, (item.centroid - node.middle).norm() + item.radius);
   }
   if (end - begin > kLeaf) {
@@ -250,12 +302,72 @@ double LayerMajorants::defectOf(const Item& item, const Ball& ball) const {
   const double low = (distance - ball.radius) / item.nearRadius,
                high = (distance + ball.radius) / item.nearRadius;
   if (high <= NearField::kBlendFrom) return 0;
-  const double scale = item.defect / std::pow(item.nearRadius, 4);
-  if (low >= 1) return scale / std::pow(low, 4);
+  const double scale = item.defect / integerPower<4>(item.nearRadius);
+  if (low >= 1) return scale / integerPower<4>(low);
   if (low <= kPeak && high >= kPeak) return scale * kPeakValue;
   const double share = low > kPeak ? low : high;  // beyond the peak it falls, before it rises
   const double fade = 1 - (1 - share) / (1 - NearField::kBlendFrom);
-  return scale * fade * fade * (3 - 2 * fade) / std::pow(share, 4);
+  return scale * fade * fade * (3 - 2 * fade) / integerPower<4>(share);
+}
+
+// Largest (1 - weight) slopeDefect/r^5 + |weight'| defect/r^4 over the distances that the ball has: over some
+// parts of the blend, each with its own bounds for the factors.
+double LayerMajorants::slopeDefectOf(const Item& item, const Ball& ball) const {
+  constexpr int kParts = 4;
+  constexpr double kBlend = 1 - NearField::kBlendFrom;
+  const double distance = (ball.center - item.centroid).norm(), radius = item.nearRadius;
+  const double low = (distance - ball.radius) / radius, high = (distance + ball.radius) / radius;
+  if (high <= NearField::kBlendFrom) return 0;
+  const double slope = item.slopeDefect / integerPower<5>(radius),
+               value = item.defect / integerPower<5>(radius);
+  double largest = high >= 1 ? slope / integerPower<5>(std::max(1.0, low)) : 0;
+  const double from = std::max(low, NearField::kBlendFrom), to = std::min(high, 1.0);
+  for (int part = 0; part < kParts && from <= to; ++part) {
+    const double begin = from + (to - from) * part / kParts, end = from + (to - from) * (part + 1) / kParts;
+    const double f0 = std::max(0.0, 1 - (1 - begin) / kBlend), f1 = std::min(1.0, 1 - (1 - end) / kBlend);
+    const double steepest = f0 <= 0.5 && f1 >= 0.5 ? 0.25 : std::max(f0 * (1 - f0), f1 * (1 - f1));
+    largest = std::max(largest, f1 * f1 * (3 - 2 * f1) * slope / integerPower<5>(begin) +
+                                    6 / kBlend * steepest * value / integerPower<4>(begin));
+  }
+  return largest;
+}
+
+double LayerMajorants::slopeQuadratureError(const Ball& ball) const {
+  double sum = 0;
+  visit(
+      [&](const Node& node) {
+        const double distance = (ball.center - node.middle).norm() - ball.radius;
+        return !(node.radius < kOpening * distance && distance - node.radius > node.nearRadius);
+      },
+      [&](const Node& node) {
+        sum += node.slopeDefect.at<5>(ball, (ball.center - node.middle).norm() - ball.radius - node.radius);
+      },
+      [&](std::uint32_t t) { sum += slopeDefectOf(items_[t], ball); });
+  return sum;
+}
+
+LayerMajorants::Reached LayerMajorants::reachedFrom(const Vec3& x, double reach) const {
+  Reached result;
+  const Ball point{x, 0};
+  visit(
+      [&](const Node& node) {
+        const double distance = (x - node.middle).norm();
+        return !(node.radius < kOpening * distance && distance - node.radius > reach * node.nearRadius);
+      },
+      [&](const Node& node) {
+        result.slopeError += node.slopeDefect.at<5>(point, (x - node.middle).norm() - node.radius);
+      },
+      [&](std::uint32_t t) {
+        const Item& item = items_[t];
+        const double distance = (x - item.centroid).norm();
+        if (distance < reach * item.nearRadius) {
+          result.triangles.push_back(t);
+        } else {
+          result.slopeError += item.slopeDefect / integerPower<5>(distance);
+        }
+      });
+  std::sort(result.triangles.begin(), result.triangles.end());
+  return result;
 }
 
 double LayerMajorants::quadratureError(const Ball& ball) const {
@@ -266,9 +378,7 @@ double LayerMajorants::quadratureError(const Ball& ball) const {
         return !(node.radius < kOpening * distance && distance - node.radius > node.nearRadius);
       },
       [&](const Node& node) {
-        sum += spreadKernel<4>(node.defect, node.defectSpread,
-                               (ball.center - node.defectCenter).norm() - ball.radius,
-                               (ball.center - node.middle).norm() - ball.radius - node.radius);
+        sum += node.defect.at<4>(ball, (ball.center - node.middle).norm() - ball.radius - node.radius);
       },
       [&](std::uint32_t t) { sum += defectOf(items_[t], ball); });
   return sum;
@@ -285,8 +395,7 @@ LayerMajorants::Surroundings LayerMajorants::around(const Ball& ball, const Vec3
       },
       [&](const Node& node) {
         const double nearest = (ball.center - node.middle).norm() - ball.radius - node.radius;
-        result.quadratureError += spreadKernel<4>(
-            node.defect, node.defectSpread, (ball.center - node.defectCenter).norm() - ball.radius, nearest);
+        result.quadratureError += node.defect.at<4>(ball, nearest);
         result.bend += node.bend.at(nearest, normal);
       },
       [&](std::uint32_t t) {
@@ -297,6 +406,30 @@ LayerMajorants::Surroundings LayerMajorants::around(const Ball& ball, const Vec3
           result.patch.push_back(t);
         } else {
           result.bend += item.bend.at(nearest, normal);
+        }
+      });
+  std::sort(result.patch.begin(), result.patch.end());
+  return result;
+}
+
+LayerMajorants::Charges LayerMajorants::chargesAround(const Ball& ball, double reach) const {
+  Charges result;
+  visit(
+      [&](const Node& node) {
+        const double distance = (ball.center - node.middle).norm() - ball.radius;
+        return !(node.radius < kOpening * distance && distance - node.radius > reach);
+      },
+      [&](const Node& node) {
+        result.fourth +=
+            node.charge.at<4>(ball, (ball.center - node.middle).norm() - ball.radius - node.radius);
+      },
+      [&](std::uint32_t t) {
+        const Item& item = items_[t];
+        const double nearest = (ball.center - item.centroid).norm() - ball.radius - item.radius;
+        if (nearest < reach) {
+          result.patch.push_back(t);
+        } else {
+          result.fourth += item.charge.at<4>(ball, nearest);
         }
       });
   std::sort(result.patch.begin(), result.patch.end());

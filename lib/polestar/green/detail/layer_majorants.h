@@ -8,15 +8,10 @@
 #include <vector>
 
 #include "polestar/core/detail/edge_table.h"
+#include "polestar/green/detail/flat_piece.h"
 #include "polestar/green/detail/layer_field.h"
 
 namespace polestar::detail {
-
-/// A ball that the point is known to lie in.
-struct Ball {
-  Vec3 center;
-  double radius;
-};
 
 /// A layer as its integrals are taken by parts: what jumps across the edges.
 struct LayerJumps {
@@ -39,6 +34,8 @@ struct LayerJumps {
   std::span<const double> density_;
 };
 
+FlatTriangle flatTriangle(const TriMesh& mesh, const LayerJumps& jumps, std::size_t t);
+
 class LayerMajorants {
  public:
   /// @param mesh as the quadrature has it, `density` at its vertices. O(n log n).
@@ -54,6 +51,18 @@ class LayerMajorants {
   /// form is blended in, its weight takes its share off.
   double quadratureError(const Ball& ball) const;
 
+  /// The same for the gradient off the surface, of NearField::addPotentialAndGradient. A moment of degree n
+  /// counts (n + 1)/|x| times as much: value and slopes at a point are orthogonal forms in the moments, of
+  /// norms 1, n + 1 along x and sqrt(n (n + 1)/2) across, at |x| = 1. The slope of the blend's weight takes
+  /// its share of the potential's error.
+  double slopeQuadratureError(const Ball& ball) const;
+
+  struct Reached {
+    std::vector<std::uint32_t> triangles;  ///< with the point within `reach` times their near radius, >= 1
+    double slopeError = 0;                 ///< of the gradient of the others' charges
+  };
+  Reached reachedFrom(const Vec3& x, double reach) const;
+
   /// An upper bound for quadratureError over the whole cube, within `slack` (a factor above 1) of the truth
   /// when `boxes` suffice to get there.
   double largestQuadratureError(const Cube& cube, double slack, std::size_t boxes) const;
@@ -66,6 +75,14 @@ class LayerMajorants {
     std::vector<std::uint32_t> patch;  ///< triangles that come closer than `reach` to the ball
   };
   Surroundings around(const Ball& ball, const Vec3& normal, double reach) const;
+
+  struct Charges {
+    /// Sum of |q|/r^4 over the triangles that are not in `patch`: a sixth of it bounds their third
+    /// derivatives.
+    double fourth = 0;
+    std::vector<std::uint32_t> patch;  ///< triangles that come closer than `reach` to the ball
+  };
+  Charges chargesAround(const Ball& ball, double reach) const;
 
  private:
   // Sums of w |P v| over vectors v, P a projection onto a plane, from above: by Cauchy and Schwarz at most
@@ -85,26 +102,37 @@ class LayerMajorants {
     void add(const Bend& other);
     double at(double distance, const Vec3& normal) const;
   };
+  // Positive weights that fall like a power of the distance: their sum, center and spread.
+  struct Cluster {
+    double weight = 0, spread = 0;
+    Vec3 center = Vec3::Zero();
+    template <int power>
+    double at(const Ball& ball, double nearest) const;
+  };
   // A triangle as a source of positive terms.
   struct Item {
     Vec3 centroid;
     double radius = 0;  // of the triangle
     Bend bend;
-    double defect = 0;  // quadrature error <= defect / |x - centroid|^4
+    double defect = 0;       // quadrature error <= defect / |x - centroid|^4
+    double slopeDefect = 0;  // of the gradient: <= slopeDefect / |x - centroid|^5
     double nearRadius = 0;
+    Cluster charge;
   };
   struct Node {
     std::uint32_t begin = 0, end = 0, right = 0;  // children: the next node and `right`; 0 for leaves
     Vec3 middle = Vec3::Zero();                   // all triangles lie within `radius`
     double radius = 0, nearRadius = 0;
-    Vec3 defectCenter = Vec3::Zero();
-    double defect = 0, defectSpread = 0;
+    Cluster defect, slopeDefect, charge;
     Bend bend;
   };
   Item itemOf(const TriMesh& mesh, std::size_t t, const LayerQuadrature& quadrature,
               std::span<const double> density, const LayerJumps& jumps) const;
   std::uint32_t build(std::uint32_t begin, std::uint32_t end);
   double defectOf(const Item& item, const Ball& ball) const;
+  double slopeDefectOf(const Item& item, const Ball& ball) const;
+  template <class Member>
+  Cluster clustered(std::uint32_t begin, std::uint32_t end, const Vec3& middle, Member&& member) const;
   template <class OpenNode, class TakeNode, class TakeItem>
   void visit(OpenNode&& open, TakeNode&& takeNode, TakeItem&& takeItem) const;
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "polestar/core/detail/parallel.h"
+#include "polestar/green/detail/expansion_passes.h"
 #include "polestar/green/detail/leaf_groups.h"
 #include "polestar/green/detail/truncation_bound.h"
 
@@ -16,106 +17,7 @@ constexpr double kLeafWork = 64000;
 constexpr std::uint32_t kFieldLeafCharges = 48, kFieldNearCharges = 400;
 constexpr std::size_t kBoxChunk = 32;
 
-std::vector<Vec3> positions(const PointCharges& charges) {
-  std::vector<Vec3> result(charges.size());
-  for (std::size_t i = 0; i < result.size(); ++i) result[i] = Vec3(charges.x[i], charges.y[i], charges.z[i]);
-  return result;
-}
-
-// The charges at the places of a tree, in its order.
-PointCharges sortedCharges(const SourceTree& tree, std::span<const double> charge, double squaredSoftening) {
-  const std::span<const std::uint32_t> order = tree.points().order();
-  const PointView view = tree.points().view(0, static_cast<std::uint32_t>(order.size()));
-  PointCharges sorted{{view.x, view.x + view.count},
-                      {view.y, view.y + view.count},
-                      {view.z, view.z + view.count},
-                      std::vector<double>(order.size()),
-                      squaredSoftening};
-  for (std::size_t i = 0; i < order.size(); ++i) sorted.charge[i] = charge[order[i]];
-  return sorted;
-}
-
-// Multipole expansions of all boxes, from the leaves up.
-std::vector<double> multipoles(const SourceTree& tree, const PointCharges& sorted, const Translations& t,
-                               const Context& context) {
-  const std::size_t size = expansionSize(t.order());
-  const std::span<const OctreeBox> boxes = tree.boxes();
-  std::vector<double> result(size * boxes.size());
-  parallelChunks(boxes.size(), kBoxChunk, context, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) {
-      if (!boxes[b].isLeaf() || boxes[b].level < 2) continue;
-      addMultipole(t.order(), frameOf(tree.cube(), boxes[b]),
-                   tree.points().view(boxes[b].begin, boxes[b].end), &sorted.charge[boxes[b].begin],
-                   &result[size * b]);
-    }
-  });
-  // Levels 0 and 1 touch everything: their expansions act on nobody.
-  for (std::size_t level = tree.levelStart().size() - 2; level-- > 2;) {
-    const std::size_t first = tree.levelStart()[level], count = tree.levelStart()[level + 1] - first;
-    parallelChunks(count, kBoxChunk * 4, context, [&](std::size_t begin, std::size_t end) {
-      std::array<std::vector<Translations::Pair>, 8> byOctant;
-      for (std::size_t b = first + begin; b < first + end; ++b) {
-        for (std::uint32_t c = 0; c < boxes[b].childCount; ++c) {
-          const std::uint32_t child = boxes[b].firstChild + c;
-          byOctant[boxes[child].octant()].push_back({child, static_cast<std::uint32_t>(b)});
-        }
-      }
-      for (int octant = 0; octant < 8; ++octant)
-        t.multipoleToParent(octant, byOctant[octant], result.data(), result.data());
-    });
-  }
-  return result;
-}
-
-// Local expansions of all target boxes, from the root down.
-std::vector<double> locals(const SourceTree& sources, const TargetTree& targets, const PointCharges& sorted,
-                           const Translations& t, const Context& context) {
-  const std::vector<double> multipole = multipoles(sources, sorted, t, context);
-  const std::size_t size = expansionSize(t.order());
-  const std::span<const OctreeBox> boxes = targets.boxes();
-  std::vector<double> result(size * boxes.size());
-  for (std::uint32_t level = 1; level + 1 < targets.levelStart().size(); ++level) {
-    const std::span<const TargetTree::Chunk> chunks = targets.chunks(level);
-    parallelChunks(chunks.size(), 1, context, [&](std::size_t c, std::size_t) {
-      const TargetTree::Chunk& chunk = chunks[c];
-      for (const TargetTree::Group& group : targets.groups(chunk))
-        t.multipoleToLocal(group.offset, targets.pairs(group), multipole.data(), result.data());
-      std::array<std::vector<Translations::Pair>, 8> byOctant;
-      for (std::uint32_t b = chunk.boxes.begin; b < chunk.boxes.end; ++b) {
-        for (const std::uint32_t s : targets.singles(b)) {
-          const OctreeBox& source = sources.boxes()[s];
-          addLocal(t.order(), frameOf(sources.cube(), boxes[b]),
-                   sources.points().view(source.begin, source.end), &sorted.charge[source.begin],
-                   &result[size * b]);
-        }
-        for (std::uint32_t k = 0; k < boxes[b].childCount; ++k) {
-          const std::uint32_t child = boxes[b].firstChild + k;
-          byOctant[boxes[child].octant()].push_back({b, child});
-        }
-      }
-      for (int octant = 0; octant < 8; ++octant)
-        t.localToChild(octant, byOctant[octant], result.data(), result.data());
-    });
-  }
-  return result;
-}
-
-// The charges that act directly on a leaf, in one piece.
-PointCharges gather(const PointCharges& sorted, std::span<const TargetTree::Range> ranges) {
-  PointCharges near;
-  near.squaredSoftening = sorted.squaredSoftening;
-  std::size_t count = 0;
-  for (const TargetTree::Range& r : ranges) count += r.end - r.begin;
-  for (auto [to, from] : {std::pair{&near.x, &sorted.x}, std::pair{&near.y, &sorted.y},
-                          std::pair{&near.z, &sorted.z}, std::pair{&near.charge, &sorted.charge}}) {
-    to->reserve(count);
-    for (const TargetTree::Range& r : ranges)
-      to->insert(to->end(), from->begin() + r.begin, from->begin() + r.end);
-  }
-  return near;
-}
-
-// The same in single precision, about `middle`.
+// The charges that act directly on a leaf, in single precision about `middle`.
 SinglePointCharges gather(const PointCharges& sorted, std::span<const TargetTree::Range> ranges,
                           const Vec3& middle) {
   SinglePointCharges near;
@@ -148,7 +50,7 @@ int orderFor(double accuracy) {
 MultipoleSums::MultipoleSums(const PointCharges& places, std::span<const Vec3> targets, int order,
                              PairPrecision precision)
     : precision_(precision) {
-  const std::vector<Vec3> charged = positions(places);
+  const std::vector<Vec3> charged = positionsOf(places);
   std::vector<Vec3> all = charged;
   all.insert(all.end(), targets.begin(), targets.end());
   SourceTree sources(charged, enclosingCube(all), kLeafCharges);
@@ -171,7 +73,7 @@ void MultipoleSums::potential(std::span<const double> charge, std::span<double> 
   const SourceTree& sources = trees_->sources;
   const TargetTree& targets = trees_->targets;
   const PointCharges sorted = sortedCharges(sources, charge, trees_->squaredSoftening);
-  const std::vector<double> local = locals(sources, targets, sorted, *translations_, context);
+  const std::vector<double> local = localExpansions(sources, targets, sorted, *translations_, context);
   const int order = translations_->order();
   const std::span<const OctreeBox> boxes = targets.boxes();
   const std::span<const std::uint32_t> place = targets.points().order();
@@ -193,7 +95,7 @@ void MultipoleSums::potential(std::span<const double> charge, std::span<double> 
         for (std::size_t i = 0; i < view.count; ++i) singlePoints[i] = (points[i] - middle).cast<float>();
         sumPotential(gather(sorted, near, middle), singlePoints, values);
       } else {
-        sumPotential(gather(sorted, near), points, values);
+        sumPotential(gatherCharges(sorted, near), points, values);
       }
       if (box.level >= 1) {
         addLocalPotential(order, frameOf(sources.cube(), box), &local[expansionSize(order) * b], view,
@@ -212,12 +114,12 @@ std::vector<double> MultipoleSums::truncation(std::span<const double> charge) co
 MultipoleField::MultipoleField(const PointCharges& charges, int order, double finest, const Context& context,
                                double truncation)
     : order_(order),
-      sources_(positions(charges), enclosingCube(positions(charges)), kFieldLeafCharges),
+      sources_(positionsOf(charges), enclosingCube(positionsOf(charges)), kFieldLeafCharges),
       targets_(sources_, kFieldNearCharges, finest / sources_.cube().side),
       charges_(sortedCharges(sources_, charges.charge, charges.squaredSoftening)) {
   auto exceeds = [&] { return std::isfinite(truncation) && this->truncation() > truncation; };
   while (order_ < kMaxOrder && exceeds()) ++order_;
-  local_ = locals(sources_, targets_, charges_, Translations(order_), context);
+  local_ = localExpansions(sources_, targets_, charges_, Translations(order_), context);
 }
 
 double MultipoleField::truncation() const {
@@ -229,7 +131,7 @@ void MultipoleField::evaluate(std::span<const Vec3> points, std::span<double> po
   auto leaf = [&](std::uint32_t b, std::span<const std::uint32_t> indices, std::span<const Vec3> group) {
     std::vector<double> value(group.size());
     std::vector<Vec3> slope(group.size());
-    sumPotentialAndGradient(gather(charges_, targets_.near(b)), group, value, slope);
+    sumPotentialAndGradient(gatherCharges(charges_, targets_.near(b)), group, value, slope);
     addLocalPotentialAndGradient(order_, frameOf(sources_.cube(), targets_.boxes()[b]),
                                  &local_[expansionSize(order_) * b], group, value.data(), slope.data());
     for (std::size_t i = 0; i < group.size(); ++i) {

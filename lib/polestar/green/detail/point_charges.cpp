@@ -62,6 +62,12 @@ void tilePotentialAndGradient(const double* x, const double* y, const double* z,
 
 }  // namespace
 
+std::vector<Vec3> positionsOf(const PointCharges& charges) {
+  std::vector<Vec3> result(charges.size());
+  for (std::size_t i = 0; i < result.size(); ++i) result[i] = Vec3(charges.x[i], charges.y[i], charges.z[i]);
+  return result;
+}
+
 void sumPotential(const PointCharges& q, std::span<const Vec3> points, std::span<double> potential) {
   std::fill(potential.begin(), potential.end(), 0.0);
   for (std::size_t begin = 0; begin < q.size(); begin += kTile) {

@@ -21,6 +21,8 @@ struct PointCharges {
   std::size_t size() const { return x.size(); }
 };
 
+std::vector<Vec3> positionsOf(const PointCharges& charges);
+
 /// The same in single precision, about a place in their middle.
 struct SinglePointCharges {
   std::vector<float> x, y, z, charge;

@@ -19,11 +19,16 @@ namespace polestar::detail {
 /// at the distance of the target box), m > order (likewise, from the target's side), and counts twice what
 /// both leave out, which the binomial bound takes. Charges enter by their own distances, by sum |q|
 /// a_j^(order + 1). Moving expansions up and down a tree leaves nothing out.
+///
+/// The gradient of that term, a form of degree m in the target, is at most m/b times as large, by the same
+/// theorem; that of the multipole expansion's term of degree n, (n + 1)/r times.
 class TruncationBound {
  public:
+  enum class Of { potential, gradient };
+
   /// @param sorted charges in the order of the source tree. O(charges times depth + translations).
-  TruncationBound(const SourceTree& sources, const TargetTree& targets, const PointCharges& sorted,
-                  int order);
+  TruncationBound(const SourceTree& sources, const TargetTree& targets, const PointCharges& sorted, int order,
+                  Of what = Of::potential);
 
   /// One number a target, in the order in which the targets were given. O(targets times depth).
   std::vector<double> atTargets() const;
@@ -31,7 +36,8 @@ class TruncationBound {
   double anywhere() const;
 
  private:
-  // Of one target box: what does not depend on the target, and what falls like (b/half diagonal)^(order + 1).
+  // Of one target box: what does not depend on the target, and what falls like a power of b/half diagonal:
+  // order + 1 for potentials, order for gradients.
   struct Terms {
     double fixed = 0, growing = 0;
   };
@@ -39,7 +45,7 @@ class TruncationBound {
 
   const SourceTree& sources_;
   const TargetTree& targets_;
-  int order_;
+  double power_;
   std::vector<Terms> terms_;
   std::vector<std::uint32_t> parent_;
 };
