@@ -99,7 +99,7 @@ struct GreenOptions {
   /// tighten it by themselves, down to 1e-10.
   double residual = 1e-6;
   int maxIterations = 200;  ///< of GMRES in one pass
-  int neighbours = 30;      ///< size of the local inverses of the preconditioner, at most 64
+  int neighbours = 30;      ///< entries of a column of the preconditioner's factor, at most 64
   /// Enclose the boundary error instead of sampling it: BoundaryError::bound, as tight as about ten more
   /// points a triangle make it. And the signs that leave G no critical point but the center:
   /// GreenRecord::signs. Each costs two to four times the solve, the signs that much again wherever they
@@ -187,8 +187,8 @@ class GreenFunction {
 
 /// Green's function by `options.solver`; by default by a single layer on the surface's own triangles: h = S
 /// sigma, sigma continuous and linear on the triangles, first-kind equation tested by the vertex-and-centroid
-/// rule, analytic integrals near and edge midpoints far (by a fast multipole method), GMRES with local
-/// inverses as preconditioner, triangles split where the boundary error sits.
+/// rule, analytic integrals near and edge midpoints far (by a fast multipole method), GMRES with a
+/// sparse factor of the inverse as preconditioner, triangles split where the boundary error sits.
 ///
 /// Time and memory grow about linearly with the triangles (docs/bench-green.md). That the boundary error
 /// stays above the tolerance is no failure: it is measured and reported, with the reason, and everything

@@ -94,7 +94,9 @@ std::string targetsText(const std::vector<Json>& results) {
     table += "| " + target.goal + " | " + (target.measured.empty() ? "not measured" : target.measured) +
              " | " + (target.met ? *target.met ? "met" : "**missed**" : "") + " |\n";
   }
-  return table + "\n";
+  return table +
+         "\nWhy goals are missed, where the time goes and what was tried: method.md, \"What a solve "
+         "costs\".\n\n";
 }
 
 using Coordinate = std::function<double(const Json&)>;

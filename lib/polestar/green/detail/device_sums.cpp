@@ -100,14 +100,4 @@ void DeviceSums::potential(std::span<const double> charge, std::span<double> pot
     cpu_.potential(charge, potential, context);
 }
 
-DeviceChargeField::DeviceChargeField(std::shared_ptr<PairDevice> device, PointCharges charges)
-    : device_(std::move(device)), cpu_(std::move(charges)) {}
-
-void DeviceChargeField::evaluate(std::span<const Vec3> points, std::span<double> potential,
-                                 std::span<Vec3> gradient, const Context& context) const {
-  const bool pays = points.size() >= kLeastPoints && points.size() * cpu_.charges().size() >= kLeastPairs;
-  if (!pays || !device_->sum(cpu_.charges(), points, potential, gradient, context))
-    cpu_.evaluate(points, potential, gradient, context);
-}
-
 }  // namespace polestar::detail

@@ -69,20 +69,4 @@ class DeviceSums final : public PotentialSums {
   DirectSums cpu_;
 };
 
-/// The field on a device, in batches that are worth the way there; smaller ones on the CPU.
-class DeviceChargeField final : public ChargeField {
- public:
-  /// Points of a batch, and pairs of points and charges, from which the device is asked. Below, starting a
-  /// kernel and moving the numbers takes longer than the sums, and other threads would have to wait.
-  static constexpr std::size_t kLeastPoints = 512, kLeastPairs = std::size_t{1} << 22;
-
-  DeviceChargeField(std::shared_ptr<PairDevice> device, PointCharges charges);
-  void evaluate(std::span<const Vec3> points, std::span<double> potential, std::span<Vec3> gradient,
-                const Context& context) const override;
-
- private:
-  std::shared_ptr<PairDevice> device_;
-  DirectChargeField cpu_;
-};
-
 }  // namespace polestar::detail

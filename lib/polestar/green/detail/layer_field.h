@@ -112,7 +112,6 @@ struct LayerSolveOptions {
   double residual = 1e-6;                ///< relative, to stop at
   double largestResidual = 1e300;        ///< at any vertex, likewise: a potential
   int maxIterations = 200;               ///< over all restarts
-  int neighbours = 30;                   ///< size of the preconditioner's local inverses
   std::shared_ptr<PairDevice> device{};  ///< that may sum over all pairs; null: the CPU
 };
 
@@ -134,7 +133,7 @@ class LayerEquation {
   LayerEquation(std::shared_ptr<const AlignedSurface> surface, int neighbours, Context& context);
   ~LayerEquation();
 
-  /// GMRES with local inverses, from `initial` (empty: from 0), within a few steps of iterative refinement:
+  /// GMRES with a SparseInverse, from `initial` (empty: from 0), within a few steps of iterative refinement:
   /// inner iterations use sums of low order, residuals those that `options.residual` asks for. Deterministic
   /// for any number of threads. That the residual stays above the one asked for is told by the result.
   LayerSolution solve(const std::vector<double>& initial, const LayerSolveOptions& options,

@@ -1,7 +1,8 @@
+#include <tbb/enumerable_thread_specific.h>
+
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "polestar/core/detail/parallel.h"
 #include "polestar/green/detail/layer_field.h"
@@ -26,51 +27,37 @@ struct NearRows {
   std::vector<double> coefficient;
 };
 
-// Sums the triangles' shares of each vertex, over the triangles of one leaf.
+// Sums the triangles' shares of each vertex. One a thread; keeps a place for every vertex of the mesh.
 class RowCollector {
  public:
-  RowCollector(const LayerQuadrature& quadrature, std::span<const std::uint32_t> triangles)
-      : quadrature_(quadrature), candidates_(quadrature.near(), triangles), triangles_(triangles) {
-    for (const std::uint32_t t : triangles)
-      vertices_.insert(vertices_.end(), quadrature.corners(t).begin(), quadrature.corners(t).end());
-    std::sort(vertices_.begin(), vertices_.end());
-    vertices_.erase(std::unique(vertices_.begin(), vertices_.end()), vertices_.end());
-    for (const std::uint32_t t : triangles) {
-      std::array<std::uint32_t, 3> place;
-      for (int k = 0; k < 3; ++k) {
-        const auto found = std::lower_bound(vertices_.begin(), vertices_.end(), quadrature.corners(t)[k]);
-        place[k] = static_cast<std::uint32_t>(found - vertices_.begin());
-      }
-      places_.push_back(place);
-    }
-    sum_.resize(vertices_.size());
-  }
+  explicit RowCollector(const LayerQuadrature& quadrature)
+      : quadrature_(quadrature), lastRow_(quadrature.vertexCount(), 0), place_(quadrature.vertexCount()) {}
 
-  void append(std::uint32_t target, const Vec3& x, NearRows& rows) {
+  void append(std::uint32_t target, const Vec3& x, const NearCandidates& candidates, NearRows& rows) {
     found_.clear();
-    quadrature_.near().appendRows(x, candidates_, found_);
-    std::fill(sum_.begin(), sum_.end(), 0.0);
-    std::size_t at = 0;  // rows come in the order of the candidates
-    for (const NearField::Row& row : found_) {
-      while (triangles_[at] != row.triangle) ++at;
-      for (int k = 0; k < 3; ++k) sum_[places_[at][k]] += row.coefficient[k];
+    quadrature_.near().appendRows(x, candidates, found_);
+    ++row_;
+    for (const NearField::Row& triangle : found_) {
+      for (int k = 0; k < 3; ++k) {
+        const std::int32_t v = quadrature_.corners(triangle.triangle)[k];
+        if (lastRow_[v] != row_) {
+          lastRow_[v] = row_;
+          place_[v] = rows.vertex.size();
+          rows.vertex.push_back(v);
+          rows.coefficient.push_back(0);
+        }
+        rows.coefficient[place_[v]] += triangle.coefficient[k];
+      }
     }
     rows.target.push_back(target);
-    for (std::size_t i = 0; i < sum_.size(); ++i) {
-      if (sum_[i] == 0) continue;
-      rows.vertex.push_back(vertices_[i]);
-      rows.coefficient.push_back(sum_[i]);
-    }
     rows.start.push_back(rows.vertex.size());
   }
 
  private:
   const LayerQuadrature& quadrature_;
-  NearCandidates candidates_;
-  std::span<const std::uint32_t> triangles_;
-  std::vector<std::int32_t> vertices_;
-  std::vector<std::array<std::uint32_t, 3>> places_;  // of the triangles' corners among the vertices
-  std::vector<double> sum_;
+  std::uint32_t row_ = 0;
+  std::vector<std::uint32_t> lastRow_;  // in which each vertex has an entry
+  std::vector<std::size_t> place_;      // of that entry
   std::vector<NearField::Row> found_;
 };
 
@@ -133,13 +120,15 @@ struct LayerEquation::Data {
     std::sort(leafOf.begin(), leafOf.end());
     constexpr std::size_t kChunk = 512;
     near.resize((targets.size() + kChunk - 1) / kChunk);
+    tbb::enumerable_thread_specific<RowCollector> collectors([&] { return RowCollector(quadrature()); });
     parallelChunks(targets.size(), kChunk, context, [&](std::size_t begin, std::size_t end) {
       NearRows& rows = near[begin / kChunk];
-      std::optional<RowCollector> collector;
+      RowCollector& collector = collectors.local();
+      NearCandidates candidates;
       for (std::size_t i = begin; i < end; ++i) {
         if (i == begin || leafOf[i].first != leafOf[i - 1].first)
-          collector.emplace(quadrature(), index.candidates(leafOf[i].first));
-        collector->append(leafOf[i].second, targets[leafOf[i].second], rows);
+          candidates.assign(quadrature().near(), index.candidates(leafOf[i].first));
+        collector.append(leafOf[i].second, targets[leafOf[i].second], candidates, rows);
       }
       rows.vertex.shrink_to_fit();
       rows.coefficient.shrink_to_fit();

@@ -54,7 +54,6 @@ class DirectSums final : public PotentialSums {
 class DirectChargeField final : public ChargeField {
  public:
   explicit DirectChargeField(PointCharges charges);
-  const PointCharges& charges() const { return charges_; }
   void evaluate(std::span<const Vec3> points, std::span<double> potential, std::span<Vec3> gradient,
                 const Context& context) const override;
 
