@@ -102,8 +102,8 @@ struct GreenOptions {
   int neighbours = 30;      ///< entries of a column of the preconditioner's factor, at most 64
   /// Enclose the boundary error instead of sampling it: BoundaryError::bound, as tight as about ten more
   /// points a triangle make it. And the signs that leave G no critical point but the center:
-  /// GreenRecord::signs. Each costs two to four times the solve, the signs that much again wherever they
-  /// fail.
+  /// GreenRecord::signs. The first costs four to seven times the solve, the second three times, and that much
+  /// again for each depth that is tried where they fail.
   bool prove = false;
 
   void validate() const;  ///< @throws Error{Errc::usage}
