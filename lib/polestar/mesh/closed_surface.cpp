@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <utility>
 
+#include "polestar/core/detail/edge_table.h"
 #include "polestar/core/error.h"
 #include "polestar/mesh/detail/boundary_loops.h"
-#include "polestar/core/detail/edge_table.h"
 
 namespace polestar {
 namespace {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "polestar/core/detail/edge_table.h"
 #include "polestar/core/error.h"
 #include "polestar/mesh/detail/duplicates.h"
-#include "polestar/core/detail/edge_table.h"
 #include "polestar/mesh/detail/orient.h"
 #include "polestar/mesh/detail/weld.h"
 #include "polestar/mesh/detail/zero_area.h"

@@ -10,7 +10,7 @@
 namespace polestar::detail {
 
 struct SolvedLayer {
-  TriMesh mesh;  ///< inner frame; begins with the vertices of the shape
+  TriMesh mesh;                                   ///< inner frame; begins with the vertices of the shape
   std::shared_ptr<const AlignedSurface> surface;  ///< of `mesh`
   std::vector<double> density;
   GreenRecord record;

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "polestar/mesh/closed_surface.h"
 #include "polestar/core/detail/edge_table.h"
+#include "polestar/mesh/closed_surface.h"
 
 namespace polestar::detail {
 
