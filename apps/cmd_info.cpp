@@ -128,14 +128,14 @@ void describeMap(const fs::path& path, Session& session) {
     rows.push_back({name, grouped(array["shape"][0].get<std::uint64_t>())});
   }
   if (const Json green = header.value("green", Json::object()); green.contains("signs")) {
-    const Json &first = green["signs"].front(), &last = green["signs"].back();
+    const Json& last = green["signs"].back();
     const bool proved = last["radial"]["failed"] == 0;
     rows.push_back(
         {"critical", proved ? "no point but the center within " +
                                   shortNumber(1 - last["delta"].get<double>()) + " of the solid (proved)"
-                            : "not excluded: " + grouped(first["radial"]["failed"].get<std::uint64_t>()) +
-                                  " of " + grouped(first["faces"].get<std::uint64_t>()) + " faces open at " +
-                                  shortNumber(1 - first["delta"].get<double>())});
+                            : "not excluded: " + grouped(last["radial"]["failed"].get<std::uint64_t>()) +
+                                  " of " + grouped(last["faces"].get<std::uint64_t>()) + " faces open at " +
+                                  shortNumber(1 - last["delta"].get<double>())});
   }
   rows.push_back({"hash", info.hash});
   session.text() = path.filename().string() + ": map, " + byteSize(info.bytes) + ", written by polestar " +

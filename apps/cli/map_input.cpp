@@ -47,7 +47,7 @@ void addMapOptions(CLI::App& app, MapChoices& choices) {
   app.add_flag(
       "--prove", choices.prove,
       "Bound the error of rho G everywhere, all that its evaluation adds included, instead of sampling "
-      "it, and enclose the signs that leave G no critical point but the center; takes four to ten times as "
+      "it, and enclose the signs that leave G no critical point but the center; takes seven to ten times as "
       "long as solving");
   addDeviceOption(app, choices.device);
   addCenterOption(app, choices.center);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "green/densities.h"
 #include "polestar/core/error.h"
 #include "polestar/green/detail/flat_variation.h"
 #include "polestar/green/detail/layer_majorants.h"
@@ -21,7 +22,10 @@ namespace {
 
 using testing::BallGreen;
 using testing::layerPotential;
+using testing::needles;
 using testing::pointsInside;
+using testing::roughDensity;
+using testing::smoothDensity;
 using testing::starShape;
 
 const Vec3 kPole(0.3, 0.2, -0.1);
@@ -50,27 +54,6 @@ Piece triangleOf(const TriMesh& mesh, std::size_t t) {
 
 double greenAt(const TriMesh& mesh, std::span<const double> density, const Vec3& x) {
   return 1 / x.norm() + layerPotential(mesh, density, x);
-}
-
-// A density that has nothing to do with G: every second derivative is there to be bounded.
-std::vector<double> roughDensity(const TriMesh& mesh) {
-  std::mt19937 random(5);
-  std::uniform_real_distribution<double> uniform(-0.3, 0.1);
-  std::vector<double> density;
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) density.push_back(uniform(random));
-  return density;
-}
-
-std::vector<double> smoothDensity(const TriMesh& mesh) {
-  std::vector<double> density;
-  for (const Vec3& v : mesh.vertices) density.push_back(-0.1 + 0.03 * v[0] + 0.05 * v[1] * v[2]);
-  return density;
-}
-
-TriMesh needles() {
-  TriMesh mesh = icosphere(2);
-  for (Vec3& v : mesh.vertices) v = v.cwiseProduct(Vec3(1, 0.5, 0.08));
-  return mesh;
 }
 
 TEST(LayerMajorants, BoundTheQuadratureErrorWhereverItIsLookedAt) {

@@ -7,6 +7,7 @@
 #include <memory>
 #include <random>
 
+#include "green/densities.h"
 #include "polestar/core/error.h"
 #include "polestar/core/threads.h"
 #include "polestar/green/detail/gradient_sums.h"
@@ -23,6 +24,9 @@ namespace polestar::detail {
 namespace {
 
 using testing::layerPotential;
+using testing::needles;
+using testing::roughDensity;
+using testing::smoothDensity;
 using testing::starShape;
 
 const Vec3 kPole(0.3, 0.2, -0.1);
@@ -31,28 +35,8 @@ std::shared_ptr<const AlignedSurface> aligned(const TriMesh& mesh) {
   return std::make_shared<const AlignedSurface>(mesh, principalAxes(mesh), Context::quiet());
 }
 
-std::vector<double> roughDensity(const TriMesh& mesh) {
-  std::mt19937 random(5);
-  std::uniform_real_distribution<double> uniform(-0.3, 0.1);
-  std::vector<double> density;
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) density.push_back(uniform(random));
-  return density;
-}
-
-std::vector<double> smoothDensity(const TriMesh& mesh) {
-  std::vector<double> density;
-  for (const Vec3& v : mesh.vertices) density.push_back(-0.1 + 0.03 * v[0] + 0.05 * v[1] * v[2]);
-  return density;
-}
-
 TriMesh moved(TriMesh mesh, const Vec3& pole) {
   for (Vec3& v : mesh.vertices) v -= pole;
-  return mesh;
-}
-
-TriMesh needles() {
-  TriMesh mesh = icosphere(2);
-  for (Vec3& v : mesh.vertices) v = v.cwiseProduct(Vec3(1, 0.5, 0.08));
   return mesh;
 }
 

@@ -332,7 +332,8 @@ double LayerMajorants::slopeDefectOf(const Item& item, const Ball& ball) const {
   return largest;
 }
 
-double LayerMajorants::slopeQuadratureError(const Ball& ball) const {
+template <class OfNode, class OfItem>
+double LayerMajorants::sumOver(const Ball& ball, OfNode&& ofNode, OfItem&& ofItem) const {
   double sum = 0;
   visit(
       [&](const Node& node) {
@@ -340,10 +341,16 @@ double LayerMajorants::slopeQuadratureError(const Ball& ball) const {
         return !(node.radius < kOpening * distance && distance - node.radius > node.nearRadius);
       },
       [&](const Node& node) {
-        sum += node.slopeDefect.at<5>(ball, (ball.center - node.middle).norm() - ball.radius - node.radius);
+        sum += ofNode(node, (ball.center - node.middle).norm() - ball.radius - node.radius);
       },
-      [&](std::uint32_t t) { sum += slopeDefectOf(items_[t], ball); });
+      [&](std::uint32_t t) { sum += ofItem(items_[t]); });
   return sum;
+}
+
+double LayerMajorants::slopeQuadratureError(const Ball& ball) const {
+  return sumOver(
+      ball, [&](const Node& node, double distance) { return node.slopeDefect.at<5>(ball, distance); },
+      [&](const Item& item) { return slopeDefectOf(item, ball); });
 }
 
 LayerMajorants::Reached LayerMajorants::reachedFrom(const Vec3& x, double reach) const {
@@ -371,17 +378,9 @@ LayerMajorants::Reached LayerMajorants::reachedFrom(const Vec3& x, double reach)
 }
 
 double LayerMajorants::quadratureError(const Ball& ball) const {
-  double sum = 0;
-  visit(
-      [&](const Node& node) {
-        const double distance = (ball.center - node.middle).norm() - ball.radius;
-        return !(node.radius < kOpening * distance && distance - node.radius > node.nearRadius);
-      },
-      [&](const Node& node) {
-        sum += node.defect.at<4>(ball, (ball.center - node.middle).norm() - ball.radius - node.radius);
-      },
-      [&](std::uint32_t t) { sum += defectOf(items_[t], ball); });
-  return sum;
+  return sumOver(
+      ball, [&](const Node& node, double distance) { return node.defect.at<4>(ball, distance); },
+      [&](const Item& item) { return defectOf(item, ball); });
 }
 
 LayerMajorants::Surroundings LayerMajorants::around(const Ball& ball, const Vec3& normal,

@@ -133,6 +133,9 @@ class LayerMajorants {
   double slopeDefectOf(const Item& item, const Ball& ball) const;
   template <class Member>
   Cluster clustered(std::uint32_t begin, std::uint32_t end, const Vec3& middle, Member&& member) const;
+  // Of nodes that are far enough from the ball, at their least distance, and of the triangles of the others.
+  template <class OfNode, class OfItem>
+  double sumOver(const Ball& ball, OfNode&& ofNode, OfItem&& ofItem) const;
   template <class OpenNode, class TakeNode, class TakeItem>
   void visit(OpenNode&& open, TakeNode&& takeNode, TakeItem&& takeItem) const;
 
