@@ -104,6 +104,7 @@ Json describeSigns(const std::vector<SignProof>& proofs, const Frame& frame) {
 void describeMap(const BallMap& map, Session& session) {
   const GreenFunction& green = map.chart().green();
   const double unit = green.shape().frame().unit;
+  const double diagonal = boundingBox(green.shape().surface().mesh()).extent().norm();
   const GreenRecord& record = green.record();
   const BoundaryError& error = record.boundaryError;
   const ChartReport& lines = map.chart().report();
@@ -146,8 +147,14 @@ void describeMap(const BallMap& map, Session& session) {
                        {"flat", lines.cells.flat},
                        {"lines_deepened", lines.deepened},
                        {"lines_failed", lines.failed},
+                       {"lines_retraced", lines.retraced},
                        {"lines_repaired", lines.repaired},
-                       {"largest_move", lines.largestMove * unit}};
+                       {"lines_on_rays", lines.rayLines},
+                       {"nodes_moved", map.chart().movedNodes().size()},
+                       {"largest_move", lines.largestMove * unit},
+                       {"largest_move_diagonal", lines.largestMove * unit / diagonal},
+                       {"largest_move_ball", lines.largestMoveInBall},
+                       {"image_cells_bad", map.imageCells().bad()}};
 }
 
 }  // namespace

@@ -21,7 +21,8 @@ auto timed(double& total, Work&& work) {
 
 }  // namespace
 
-BallMap mapToBall(const StarShape& shape, const MapOptions& options, Context& context, MapTimings* timings) {
+BallMap mapToBall(const StarShape& given, const MapOptions& options, Context& context, MapTimings* timings) {
+  const StarShape shape = options.largestAngle > 0 ? subdivide(given, options.largestAngle, context) : given;
   MapTimings ignored;
   MapTimings& seconds = timings ? *timings : ignored;
   SphereMap sphere = timed(seconds.sphere, [&] {
@@ -50,23 +51,16 @@ SolidGrids gridsOf(const BallMap& map, const GridOptions& options, Context& cont
   SolidGrids grids(shape.surface().mesh(), options, context);
   const double radius = green.harmonicRadius() * shape.frame().unit;
   const double cap = 1 / options.voxelSize;
-  grids.addVector(
-      "rest", VectorRole::invariant,
-      [&](const VoxelBatch& batch, std::span<Vec3f> rest) {
+  grids.addVectorAndScalar(
+      "rest", VectorRole::invariant, "green",
+      [&](const VoxelBatch& batch, std::span<Vec3f> rest, std::span<float> values) {
         std::vector<Vec3> ball(batch.points.size());
         std::vector<double> value(batch.points.size());
         map.sample(batch.points, ball, value);
-        for (std::size_t i = 0; i < ball.size(); ++i) rest[i] = ball[i].cast<float>();
-      },
-      true, context);
-  grids.addScalar(
-      "green",
-      [&](const VoxelBatch& batch, std::span<float> values) {
-        std::vector<Vec3> ball(batch.points.size());
-        std::vector<double> value(batch.points.size());
-        map.sample(batch.points, ball, value);
-        for (std::size_t i = 0; i < value.size(); ++i)
+        for (std::size_t i = 0; i < ball.size(); ++i) {
+          rest[i] = ball[i].cast<float>();
           values[i] = static_cast<float>(std::min(value[i], cap));
+        }
       },
       true, context);
 

@@ -17,24 +17,31 @@
 #include "polestar/mesh/repair.h"
 #include "polestar/sphere/sphere_map.h"
 #include "polestar/star/star_shape.h"
+#include "polestar/star/subdivide.h"
 #include "polestar/vdb/solid_grids.h"
 
 namespace polestar {
 
-//  MeshFile       readMesh(path)                               mesh/   doubles as the file has them
-//  RepairedMesh   repairMesh(mesh)                             mesh/   welded, oriented, every change counted
-//  ClosedSurface  verifyClosedSurface(mesh)                    mesh/   one closed surface of genus 0, or
-//  where not StarShape      verifyStarShape(surface)                     star/   a center, by exact
-//  predicates GreenFunction  solveGreen(shape)                            green/  G = 1/r + h, and how far it
-//  is from 0 on S GreenChart     traceChart(green)                            chart/  field lines: the table
-//  of (R, omega) SphereMap      conformalSphereMap(shape)                    sphere/ phi, without a flip
-//  BallMap        BallMap(chart, sphere)                       map/    forward, inverse, Jacobian
+// clang-format off
+//  MeshFile       readMesh(path)              mesh/    doubles as the file has them
+//  RepairedMesh   repairMesh(mesh)            mesh/    welded, oriented, every change counted
+//  ClosedSurface  verifyClosedSurface(mesh)   mesh/    one closed surface of genus 0, or where not
+//  StarShape      verifyStarShape(surface)    star/    a center, by exact predicates
+//  StarShape      subdivide(shape, angle)     star/    triangles that a table can be built on
+//  GreenFunction  solveGreen(shape)           green/   G = 1/r + h, and how far it is from 0 on S
+//  GreenChart     traceChart(green)           chart/   field lines: the table of (R, omega)
+//  SphereMap      conformalSphereMap(shape)   sphere/  phi, without a flip
+//  BallMap        BallMap(chart, sphere)      map/     forward, inverse, Jacobian
+// clang-format on
 
 struct MapOptions {
   SphereMapKind boundary = SphereMapKind::conformal;
   GreenOptions green;
   ChartOptions chart;
   BallMapOptions ball;
+  /// Triangles wider than this, in radians seen from the center, are cut before anything else: the table's
+  /// error between lines falls with the third power of their distance. 0: never.
+  double largestAngle = 0.12;
 };
 
 /// Seconds of each stage.

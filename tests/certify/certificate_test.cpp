@@ -70,6 +70,8 @@ TEST(Certificate, AnInvertedFoliationCellFails) {
                        {star().chart().harmonic().begin(), star().chart().harmonic().end()},
                        {star().chart().harmonicGradient().begin(), star().chart().harmonicGradient().end()},
                        {star().chart().directions().begin(), star().chart().directions().end()},
+                       {},
+                       {},
                        star().chart().report()});
   Foliation& f = data->foliation;
   std::swap(f.nodes[f.nodeId(5, 3)], f.nodes[f.nodeId(8, 3)]);
@@ -91,6 +93,8 @@ BallMap withSigns(std::vector<SignProof> signs) {
                        {chart.harmonic().begin(), chart.harmonic().end()},
                        {chart.harmonicGradient().begin(), chart.harmonicGradient().end()},
                        {chart.directions().begin(), chart.directions().end()},
+                       {},
+                       {},
                        chart.report()});
   return BallMap(GreenChart(std::move(data)), star().sphere());
 }

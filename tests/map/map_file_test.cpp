@@ -117,6 +117,8 @@ TEST_F(MapFileTest, HoldsWhatWasProvedOfTheSigns) {
                        {map().chart().harmonic().begin(), map().chart().harmonic().end()},
                        {map().chart().harmonicGradient().begin(), map().chart().harmonicGradient().end()},
                        {map().chart().directions().begin(), map().chart().directions().end()},
+                       {},
+                       {},
                        map().chart().report()});
   writeMapFile(path_, BallMap(GreenChart(std::move(data)), map().sphere(), map().options()));
   const std::vector<SignProof> signs = readMapFile(path_).map.chart().green().record().signs;

@@ -150,6 +150,9 @@ Certificate certify(const BallMap& map, const CellQuality& sampled, const RoundT
       std::to_string(map.levelFlips()) + " flipped triangles on the sphere, over all levels");
   add("foliation_cells", static_cast<double>(cells.bad()), 0, true, true,
       counted(cells.bad(), cells.cells, "tetrahedra of the foliation inverted or flat"));
+  add("image_cells", static_cast<double>(map.imageCells().bad()), 0, true, true,
+      counted(map.imageCells().bad(), cells.cells,
+              "tetrahedra inverted or flat at their images in the ball"));
   add("voxel_cells", static_cast<double>(sampled.invertedDeep), 0, true, true,
       counted(sampled.invertedDeep, sampled.cells,
               "voxel cells inverted more than a voxel below the surface (") +

@@ -69,7 +69,11 @@ class Batch {
       const double scaledGreen = harmonicRadius_ * (1 / starts[i].norm() + h_[i]);
       if (!(scaledGreen > 0)) continue;
       t.s = std::log(scaledGreen);
-      if (levelS_.empty() || t.s >= levelS_[0]) continue;
+      const auto first = std::upper_bound(levelS_.begin(), levelS_.end(), t.s);
+      if (first == levelS_.end()) continue;
+      t.level = static_cast<std::size_t>(first - levelS_.begin());
+      lines_[i].firstLevel = t.level;
+      lines_[i].startRadius = ballRadiusOf(t.s);
       t.y = starts[i] / ballRadiusOf(t.s);
       take(t, i, t.s, t.y);
       t.slope[0] = slopeAt(t.s, t.y, starts[i], gradient_[i]);

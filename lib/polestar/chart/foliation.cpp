@@ -37,7 +37,7 @@ std::array<std::uint32_t, 4> Foliation::cell(std::size_t id) const {
   }
 }
 
-CellCounts countCells(const Foliation& foliation) {
+CellCounts countCells(const Foliation& foliation, std::span<const Vec3> positions) {
   const std::size_t count = foliation.cellCount();
   CellCounts zero;
   zero.badByLayer.assign(foliation.layerCount() + 1, 0);
@@ -54,8 +54,8 @@ CellCounts countCells(const Foliation& foliation) {
         CellCounts part = zero;
         for (std::size_t id = begin; id < end; ++id) {
           const auto node = foliation.cell(id);
-          const int sign = orient3d(foliation.nodes[node[0]], foliation.nodes[node[1]],
-                                    foliation.nodes[node[2]], foliation.nodes[node[3]]);
+          const int sign =
+              orient3d(positions[node[0]], positions[node[1]], positions[node[2]], positions[node[3]]);
           ++part.cells;
           part.inverted += sign < 0;
           part.flat += sign == 0;
@@ -64,6 +64,25 @@ CellCounts countCells(const Foliation& foliation) {
         return part;
       },
       combine);
+}
+
+std::vector<std::size_t> badCells(const Foliation& foliation, std::span<const Vec3> positions) {
+  using Ids = std::vector<std::size_t>;
+  return detail::reduceChunks(
+      foliation.cellCount(), 1 << 14, Ids{},
+      [&](std::size_t begin, std::size_t end) {
+        Ids bad;
+        for (std::size_t id = begin; id < end; ++id) {
+          const auto c = foliation.cell(id);
+          if (orient3d(positions[c[0]], positions[c[1]], positions[c[2]], positions[c[3]]) <= 0)
+            bad.push_back(id);
+        }
+        return bad;
+      },
+      [](Ids all, const Ids& part) {
+        all.insert(all.end(), part.begin(), part.end());
+        return all;
+      });
 }
 
 }  // namespace polestar

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "polestar/core/types.h"
@@ -46,7 +47,11 @@ struct CellCounts {
   std::size_t bad() const { return inverted + flat; }
 };
 
-/// By orient3d on the stored coordinates. Parallel, linear in the cells.
-CellCounts countCells(const Foliation& foliation);
+/// By orient3d on the given positions of the nodes: those of the foliation, or their images in the domain.
+/// Parallel, linear in the cells.
+CellCounts countCells(const Foliation& foliation, std::span<const Vec3> positions);
+/// Ids of the cells that are inverted or flat there, ascending.
+std::vector<std::size_t> badCells(const Foliation& foliation, std::span<const Vec3> positions);
+inline CellCounts countCells(const Foliation& foliation) { return countCells(foliation, foliation.nodes); }
 
 }  // namespace polestar

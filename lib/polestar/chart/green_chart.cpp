@@ -3,9 +3,15 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <numeric>
+#include <set>
+#include <string>
 
 #include "polestar/chart/detail/line_repair.h"
+#include "polestar/chart/detail/ray_zone.h"
+#include "polestar/chart/detail/untangle.h"
 #include "polestar/core/detail/parallel.h"
 #include "polestar/core/error.h"
 #include "polestar/core/predicates.h"
@@ -15,16 +21,37 @@ namespace {
 
 constexpr int kAttempts = 10;  // at deeper and deeper starts
 constexpr double kDeeper = 1.6, kShallower = 0.6;
-constexpr std::size_t kBatch = 256;  // lines between two looks at cancellation
+constexpr double kThinner = 3;         // between layers next to the surface
+constexpr double kThinnest = 1e-7;     // 1 - R, below which G is noise
+constexpr double kLargestShare = 0.2;  // of R, between levels
+constexpr std::size_t kBatch = 256;    // lines between two looks at cancellation
+constexpr int kUntangleRings[] = {1, 2, 4, 8};
+constexpr double kMostUntangled = 0.01;  // share of the cells; beyond it lines are noise and bend to rays
 
-std::vector<double> chooseLevels(const ChartOptions& options, const BoundaryError& error) {
-  // Thin layers at the surface, where R runs fastest through the cells, growing inward; but thicker than the
-  // error of G on most of the surface. (Its maximum sits at a few creases, where lines are repaired.)
-  double step = options.firstStep > 0 ? options.firstStep : std::clamp(20 * error.rms, 0.01, 0.08);
+// 1 - R of the first level that all lines are traced to: thin layers at the surface, where R runs fastest
+// through the cells; but thicker than the error of G on most of the surface. (Its maximum sits at a few
+// creases, where lines are repaired.)
+double firstStep(const ChartOptions& options, const BoundaryError& error) {
+  return options.firstStep > 0 ? options.firstStep : std::clamp(20 * error.rms, 0.01, 0.08);
+}
+
+// `layer`: 1 - R as deep below each vertex as its triangles are wide.
+std::vector<double> chooseLevels(double first, const ChartOptions& options, std::vector<double> layer) {
   std::vector<double> levels{1};
-  while (levels.back() - step > 2 * options.innermost) {
-    levels.push_back(levels.back() - step);
-    step = std::min(1.6 * step, options.largestStep);
+  // In narrow parts even the first level lies deep. One vertex in two hundred may keep a thick layer.
+  const auto thinnest = layer.begin() + static_cast<std::ptrdiff_t>(layer.size() / 200);
+  std::nth_element(layer.begin(), thinnest, layer.end());
+  std::vector<double> thin;
+  for (double step = first / kThinner; step > std::max(kThinnest, *thinnest / kThinner); step /= kThinner)
+    thin.push_back(step);
+  for (auto step = thin.rbegin(); step != thin.rend(); ++step) levels.push_back(1 - *step);
+  double step = first;
+  double level = 1;
+  while (level - step > 2 * options.innermost) {
+    level -= step;
+    levels.push_back(level);
+    // In the core the map turns with ln R: levels must keep up.
+    step = std::min({1.6 * step, options.largestStep, kLargestShare * level});
   }
   levels.push_back(options.innermost);
   return levels;
@@ -33,7 +60,7 @@ std::vector<double> chooseLevels(const ChartOptions& options, const BoundaryErro
 // What a vertex knows of its neighbourhood.
 struct VertexFrame {
   Vec3 normal = Vec3::Zero();  // angle-weighted, outward, unit
-  double shortestEdge = 1e300;
+  double shortestEdge = 1e300, longestEdge = 0;
 };
 
 std::vector<VertexFrame> vertexFrames(const TriMesh& mesh) {
@@ -42,9 +69,11 @@ std::vector<VertexFrame> vertexFrames(const TriMesh& mesh) {
   for (std::size_t i = 0; i < frames.size(); ++i) frames[i].normal = normals[i];
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (int k = 0; k < 3; ++k) {
-      double& shortest = frames[mesh.triangles[t][k]].shortestEdge;
-      shortest = std::min({shortest, (mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k)).norm(),
-                           (mesh.corner(t, (k + 2) % 3) - mesh.corner(t, k)).norm()});
+      VertexFrame& frame = frames[mesh.triangles[t][k]];
+      const double next = (mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k)).norm(),
+                   last = (mesh.corner(t, (k + 2) % 3) - mesh.corner(t, k)).norm();
+      frame.shortestEdge = std::min({frame.shortestEdge, next, last});
+      frame.longestEdge = std::max({frame.longestEdge, next, last});
     }
   }
   return frames;
@@ -83,18 +112,88 @@ class StartFinder {
   double firstLevel_;
 };
 
-// Traces every vertex into `data`, deeper starts for lines that fail. Returns the vertices that failed for
-// good.
-std::vector<std::int32_t> traceAll(GreenChart::Data& data, const ChartOptions& options,
-                                   const std::vector<VertexFrame>& frames, Context& context) {
-  const TriMesh& mesh = data.green.shape().mesh();
-  const std::size_t n = mesh.vertices.size();
-  const std::span<const double> levels = std::span(data.foliation.levels).subspan(1);
-  const StartFinder finder(data.green, levels[0]);
-  const FieldLineTracer tracer(data.green, options.tolerance);
+// Follows the lines of chosen vertices into `data`.
+class LineTracing {
+ public:
+  /// `firstTraced`: the level that every start lies above.
+  LineTracing(GreenChart::Data& data, const ChartOptions& options, const std::vector<VertexFrame>& frames,
+              double firstTraced)
+      : data_(data),
+        frames_(frames),
+        levels_(std::span(data.foliation.levels).subspan(1)),
+        finder_(data.green, firstTraced),
+        tracer_(data.green, options.tolerance) {}
 
+  /// From starts `depth` shortest edges below the vertices. Returns the vertices that failed; nothing of
+  /// theirs is written.
+  std::vector<std::int32_t> trace(std::span<const std::int32_t> vertices, double depth) {
+    const std::vector<Vec3>& surface = data_.green.shape().mesh().vertices;
+    std::vector<Vec3> starts(vertices.size());
+    detail::parallelChunks(vertices.size(), 8, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::int32_t v = vertices[i];
+        starts[i] = finder_.find(surface[v], frames_[v], depth * frames_[v].shortestEdge);
+      }
+    });
+    const std::vector<FieldLineTracer::Line> lines = tracer_.trace(starts, levels_);
+    std::vector<std::int32_t> failed;
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      data_.report.evaluations += lines[i].evaluations;
+      if (!lines[i].ok) {
+        failed.push_back(vertices[i]);
+        continue;
+      }
+      store(vertices[i], starts[i], lines[i]);
+    }
+    return failed;
+  }
+
+ private:
+  void store(std::int32_t vertex, const Vec3& start, const FieldLineTracer::Line& line) {
+    const Foliation& f = data_.foliation;
+    for (std::size_t k = line.firstLevel; k < levels_.size(); ++k) {
+      const FieldLineTracer::Node& node = line.nodes[k - line.firstLevel];
+      const std::size_t id = f.nodeId(k + 1, vertex);
+      data_.foliation.nodes[id] = node.position;
+      data_.h[id] = node.h;
+      data_.gradient[id] = node.gradient;
+    }
+    if (line.firstLevel > 0) fillAbove(vertex, start, line);
+  }
+
+  // Levels between the surface, where R = 1, and the start: on the straight way, where R falls nearly evenly.
+  void fillAbove(std::int32_t vertex, const Vec3& start, const FieldLineTracer::Line& line) {
+    constexpr int kCorrections = 4;
+    const Vec3 surface = data_.foliation.node(0, static_cast<std::size_t>(vertex));
+    for (std::size_t k = 0; k < line.firstLevel; ++k) {
+      const std::size_t id = data_.foliation.nodeId(k + 1, vertex);
+      double share = (1 - levels_[k]) / (1 - line.startRadius);
+      for (int correction = 0;; ++correction) {
+        const Vec3 x = (1 - share) * surface + share * start;
+        data_.foliation.nodes[id] = x;
+        data_.green.field().evaluate({&x, 1}, {&data_.h[id], 1}, {&data_.gradient[id], 1});
+        const double radius = data_.green.ballRadius(1 / x.norm() + data_.h[id]);
+        const double better = share * (1 - levels_[k]) / (1 - radius);
+        // The error of G next to the surface may exceed G: then the even way is all there is.
+        if (std::abs(better / share - 1) < 0.02 || correction == kCorrections || !(better > 0.5 * share))
+          break;
+        share = std::min({better, 2 * share, 0.95});
+      }
+    }
+  }
+
+  GreenChart::Data& data_;
+  const std::vector<VertexFrame>& frames_;
+  std::span<const double> levels_;
+  StartFinder finder_;
+  FieldLineTracer tracer_;
+};
+
+// Every vertex, from deeper starts where a line fails. Returns the vertices that failed for good.
+std::vector<std::int32_t> traceAll(LineTracing& tracing, ChartReport& report, const ChartOptions& options,
+                                   std::size_t n, Context& context) {
   std::vector<std::int32_t> pending(n);
-  for (std::size_t i = 0; i < n; ++i) pending[i] = static_cast<std::int32_t>(i);
+  std::iota(pending.begin(), pending.end(), 0);
   double depth = options.startDepth;
   for (int attempt = 0; attempt < kAttempts && !pending.empty(); ++attempt, depth *= kDeeper) {
     std::vector<std::int32_t> failed;
@@ -103,30 +202,10 @@ std::vector<std::int32_t> traceAll(GreenChart::Data& data, const ChartOptions& o
       if (attempt == 0) {
         context.progress("following field lines", static_cast<double>(begin) / static_cast<double>(n));
       }
-      const std::size_t count = std::min(kBatch, pending.size() - begin);
-      std::vector<Vec3> starts(count);
-      detail::parallelChunks(count, 8, [&](std::size_t b, std::size_t e) {
-        for (std::size_t i = b; i < e; ++i) {
-          const std::int32_t v = pending[begin + i];
-          starts[i] = finder.find(mesh.vertices[v], frames[v], depth * frames[v].shortestEdge);
-        }
-      });
-      const std::vector<FieldLineTracer::Line> lines = tracer.trace(starts, levels);
-      for (std::size_t i = 0; i < count; ++i) {
-        const std::int32_t v = pending[begin + i];
-        data.report.evaluations += lines[i].evaluations;
-        if (!lines[i].ok) {
-          failed.push_back(v);
-          continue;
-        }
-        data.report.deepened += attempt > 0;
-        for (std::size_t k = 0; k < levels.size(); ++k) {
-          const std::size_t id = data.foliation.nodeId(k + 1, v);
-          data.foliation.nodes[id] = lines[i].nodes[k].position;
-          data.h[id] = lines[i].nodes[k].h;
-          data.gradient[id] = lines[i].nodes[k].gradient;
-        }
-      }
+      const auto batch = std::span(pending).subspan(begin, std::min(kBatch, pending.size() - begin));
+      const std::vector<std::int32_t> lost = tracing.trace(batch, depth);
+      if (attempt > 0) report.deepened += batch.size() - lost.size();
+      failed.insert(failed.end(), lost.begin(), lost.end());
     }
     pending = std::move(failed);
   }
@@ -150,9 +229,9 @@ std::vector<double> surfaceSlopes(const GreenFunction& green, const std::vector<
 }
 
 // Values on the surface: G = 0 gives h and its tangential gradient, the slope of G the normal one.
-void setSurfaceValues(GreenChart::Data& data, const std::vector<VertexFrame>& frames) {
+void setSurfaceValues(GreenChart::Data& data, const std::vector<VertexFrame>& frames,
+                      const std::vector<double>& slopes) {
   const TriMesh& mesh = data.green.shape().mesh();
-  const std::vector<double> slopes = surfaceSlopes(data.green, frames);
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const Vec3& v = mesh.vertices[i];
     data.foliation.nodes[i] = v;
@@ -170,6 +249,89 @@ void evaluateNodes(GreenChart::Data& data, const std::vector<std::size_t>& ids) 
     data.h[ids[i]] = h[i];
     data.gradient[ids[i]] = gradient[i];
   }
+}
+
+// R omega at the places of moved nodes, by the field lines through them.
+void traceMovedNodes(GreenChart::Data& data, const std::set<std::size_t>& bent, double tolerance) {
+  const Foliation& f = data.foliation;
+  const FieldLineTracer tracer(data.green, tolerance);
+  data.movedCanonical.assign(data.movedNodes.size(),
+                             Vec3::Constant(std::numeric_limits<double>::quiet_NaN()));
+  detail::parallelChunks(data.movedNodes.size(), 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (bent.count(data.movedNodes[i])) continue;
+      const Vec3& x = f.nodes[data.movedNodes[i]];
+      double green;
+      Vec3 gradient;
+      data.green.evaluate({&x, 1}, {&green, 1}, {&gradient, 1});
+      const double radius = data.green.ballRadius(green);
+      const std::array<double, 2> levels{std::min(0.06, 0.7 * radius), std::min(0.03, 0.35 * radius)};
+      const FieldLineTracer::Line line = tracer.trace({&x, 1}, levels).front();
+      if (!(radius < 1) || !line.ok) continue;
+      data.movedCanonical[i] =
+          radius * limitDirection(line.nodes[0].position, levels[0], line.nodes[1].position, levels[1]);
+    }
+  });
+  for (std::size_t i = 0; i < data.movedNodes.size(); ++i) {
+    if (!data.movedCanonical[i].allFinite()) continue;
+    const std::size_t level = data.movedNodes[i] / f.vertexCount, vertex = data.movedNodes[i] % f.vertexCount;
+    data.report.largestMoveInBall =
+        std::max(data.report.largestMoveInBall,
+                 (data.movedCanonical[i] - f.levels[level] * data.directions[vertex]).norm());
+  }
+}
+
+// Cells that are inverted or flat, mended by ever stronger means. Returns the nodes that were bent towards
+// rays.
+std::set<std::size_t> makePositive(GreenChart::Data& data, LineTracing& tracing,
+                                   std::span<const std::int32_t> failed, const ChartOptions& options,
+                                   Context& context) {
+  Foliation& f = data.foliation;
+  ChartReport& report = data.report;
+  const std::vector<Vec3> asTraced = f.nodes;
+  const detail::LineRepair lines =
+      detail::repairLines(f, failed, [&](const std::set<std::int32_t>& vertices, int attempt) {
+        constexpr double kDepths[detail::kRetraces] = {4, 0.25, 10};  // of the first start's
+        const std::vector<std::int32_t> again(vertices.begin(), vertices.end());
+        tracing.trace(again, kDepths[attempt] * options.startDepth);
+      });
+  report.retraced = lines.retraced;
+  report.repaired = lines.lines;
+  std::set<std::size_t> moved(lines.movedNodes.begin(), lines.movedNodes.end());
+
+  std::size_t bad = lines.badCells;
+  for (const int rings : kUntangleRings) {
+    if (bad == 0 || bad > kMostUntangled * static_cast<double>(f.cellCount())) break;
+    context.progress("untangling cells", 0);
+    const detail::Untangling untangled = detail::untangle(f, rings, context);
+    moved.insert(untangled.movedNodes.begin(), untangled.movedNodes.end());
+    bad = countCells(f).bad();
+    context.log(LogLevel::debug, "untangling over " + std::to_string(rings) + " rings moved " +
+                                     std::to_string(untangled.movedNodes.size()) + " nodes and left " +
+                                     std::to_string(bad) + " bad cells");
+  }
+  std::set<std::size_t> bent;
+  if (bad > 0) {
+    const detail::RayZone zone = detail::bendTowardsRays(f, context);
+    moved.insert(zone.movedNodes.begin(), zone.movedNodes.end());
+    bent.insert(zone.movedNodes.begin(), zone.movedNodes.end());
+    report.rayLines = zone.lines;
+    context.log(
+        LogLevel::warning,
+        zone.everywhere
+            ? "the foliation could not be untangled: rays from the center take the place of all field "
+              "lines (the radial cone map; one to one, but not along the field)"
+            : std::to_string(zone.lines) + " of " + std::to_string(f.vertexCount) +
+                  " field lines were bent towards rays from the center, where cells could not be "
+                  "untangled otherwise: the map is one to one there, but not along the field");
+  }
+  data.movedNodes.assign(moved.begin(), moved.end());
+  for (const std::size_t id : data.movedNodes) {
+    if (asTraced[id] == Vec3::Zero()) continue;  // of a line that failed
+    report.largestMove = std::max(report.largestMove, (f.nodes[id] - asTraced[id]).norm());
+  }
+  report.cells = countCells(f);
+  return bent;
 }
 
 }  // namespace
@@ -192,27 +354,29 @@ GreenChart traceChart(const GreenFunction& green, const ChartOptions& options, C
   const TriMesh& mesh = green.shape().mesh();
   const std::size_t n = mesh.vertices.size();
 
-  auto data = std::make_shared<GreenChart::Data>(GreenChart::Data{green, {}, {}, {}, {}, {}});
+  auto data = std::make_shared<GreenChart::Data>(GreenChart::Data{green, {}, {}, {}, {}, {}, {}, {}});
   Foliation& foliation = data->foliation;
   foliation.vertexCount = n;
   foliation.triangles = mesh.triangles;
-  foliation.levels = chooseLevels(options, green.boundaryError());
+  const std::vector<VertexFrame> frames = vertexFrames(mesh);
+  const std::vector<double> slopes = surfaceSlopes(green, frames);
+  std::vector<double> layer(n);
+  for (std::size_t i = 0; i < n; ++i)
+    layer[i] = green.harmonicRadius() * std::max(0.0, -slopes[i]) * frames[i].longestEdge;
+  const double first = firstStep(options, green.boundaryError());
+  foliation.levels = chooseLevels(first, options, std::move(layer));
   foliation.nodes.assign(foliation.centerNode() + 1, Vec3::Zero());
   data->h.assign(foliation.nodes.size(), 0.0);
   data->gradient.assign(foliation.nodes.size(), Vec3::Zero());
 
-  const std::vector<VertexFrame> frames = vertexFrames(mesh);
-  setSurfaceValues(*data, frames);
+  setSurfaceValues(*data, frames, slopes);
   evaluateNodes(*data, {foliation.centerNode()});
-  const std::vector<std::int32_t> failed = traceAll(*data, options, frames, context);
+  LineTracing tracing(*data, options, frames, 1 - first);
+  const std::vector<std::int32_t> failed = traceAll(tracing, data->report, options, n, context);
   data->report.lines = n;
   data->report.failed = failed.size();
-
-  const detail::LineRepair repair = detail::repairLines(foliation, failed);
-  data->report.repaired = repair.lines;
-  data->report.largestMove = repair.largestMove;
-  data->report.cells = repair.cells;
-  evaluateNodes(*data, repair.movedNodes);
+  const std::set<std::size_t> bent = makePositive(*data, tracing, failed, options, context);
+  evaluateNodes(*data, data->movedNodes);
 
   const std::size_t last = foliation.layerCount();
   data->directions.resize(n);
@@ -224,6 +388,7 @@ GreenChart traceChart(const GreenFunction& green, const ChartOptions& options, C
     data->report.directionFlips +=
         orientDirections(data->directions[t[0]], data->directions[t[1]], data->directions[t[2]]) <= 0;
   }
+  traceMovedNodes(*data, bent, options.tolerance);
   data->report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - startTime).count();
   return GreenChart(std::move(data));
 }

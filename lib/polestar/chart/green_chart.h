@@ -20,7 +20,9 @@ struct ChartOptions {
   double startDepth = 0.1;    ///< where a trace begins under its vertex, in units of the shortest edge there
   double innermost = 0.03;    ///< R of the last level, in (0, 0.25)
   double largestStep = 0.06;  ///< between levels of R
-  /// 1 - R of the first level; 0: twenty times the boundary error's root mean square, within [0.01, 0.08].
+  /// 1 - R of the first level that all lines are traced to; 0: twenty times the boundary error's root mean
+  /// square, within [0.01, 0.08]. Where the solid is narrow G falls exponentially and this level lies deep;
+  /// levels nearer to 1 are added until the first layer is no thicker than the triangles above it.
   double firstStep = 0;
 
   void validate() const;  ///< @throws Error{Errc::usage}
@@ -30,8 +32,13 @@ struct ChartReport {
   std::size_t lines = 0;
   std::size_t deepened = 0;  ///< lines that needed a deeper start than asked
   std::size_t failed = 0;    ///< lines that no start could carry through; replaced by their neighbours' mean
-  std::size_t repaired = 0;  ///< lines that were replaced because cells around them were inverted
-  double largestMove = 0;    ///< of a node by repairs, inner units
+  std::size_t retraced =
+      0;  ///< lines that were followed again from another start: cells around were inverted
+  std::size_t repaired = 0;  ///< lines that were replaced by their neighbours' mean for that reason
+  std::size_t rayLines = 0;  ///< lines that were bent towards the rays of their vertices, as the last resort
+  double largestMove = 0;    ///< of a node off its field line by repairs, inner units
+  /// The same in the ball: from R omega of level and line to that of the new place.
+  double largestMoveInBall = 0;
   std::size_t evaluations = 0;
   CellCounts cells;                ///< after repair
   std::size_t directionFlips = 0;  ///< triangles of the omega map that are not positively oriented (exact)
@@ -54,10 +61,13 @@ class FieldLineTracer {
   };
   struct Line {
     bool ok = false;
-    std::vector<Node> nodes;  ///< one a level
+    std::size_t firstLevel = 0;  ///< the first that lies below the start
+    std::vector<Node> nodes;     ///< one a level from there
+    double startRadius = 1;      ///< R of the start
     std::size_t evaluations = 0;
   };
-  /// Traces from each start (inside, at its own G) to all `levels` of R, falling, below the start's R.
+  /// Traces from each start (inside, at its own G) to all `levels` of R, falling, that lie below the start's
+  /// R.
   std::vector<Line> trace(std::span<const Vec3> starts, std::span<const double> levels) const;
 
  private:
@@ -79,6 +89,11 @@ class GreenChart {
     std::vector<Vec3>
         gradient;  ///< of h at every node; on the surface built from the boundary values and the density
     std::vector<Vec3> directions;  ///< omega of every vertex' line
+    /// Nodes that repairs moved off their field lines, ids, ascending.
+    std::vector<std::size_t> movedNodes;
+    /// R omega at their new places, found by tracing from there; NaN where lines were bent towards rays: such
+    /// a node still stands for its level and line, whatever the field says.
+    std::vector<Vec3> movedCanonical;
     ChartReport report;
   };
   explicit GreenChart(std::shared_ptr<const Data> data) : data_(std::move(data)) {}
@@ -88,6 +103,8 @@ class GreenChart {
   std::span<const double> harmonic() const { return data_->h; }
   std::span<const Vec3> harmonicGradient() const { return data_->gradient; }
   std::span<const Vec3> directions() const { return data_->directions; }
+  std::span<const std::size_t> movedNodes() const { return data_->movedNodes; }
+  std::span<const Vec3> movedCanonical() const { return data_->movedCanonical; }
   const ChartReport& report() const { return data_->report; }
 
  private:

@@ -10,6 +10,7 @@
 #include "polestar/core/error.h"
 #include "polestar/core/predicates.h"
 #include "polestar/map/detail/core_isotopy.h"
+#include "polestar/map/detail/direction_map.h"
 #include "polestar/map/detail/foliation_table.h"
 #include "polestar/sphere/sphere_locator.h"
 
@@ -23,21 +24,53 @@ namespace {
 constexpr std::size_t kChunk = 512;
 const Vec3 kNowhere = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
 
-std::vector<Vec3> directionsAtNodes(const Foliation& f, const CoreIsotopy& isotopy,
-                                    std::span<const Vec3> omega, std::span<const Vec3> phi) {
-  std::vector<Vec3> directions(f.centerNode());
-  for (std::size_t level = 0; level < f.levels.size(); ++level) {
-    for (std::size_t i = 0; i < f.vertexCount; ++i) {
-      directions[f.nodeId(level, i)] = isotopy.direction(f.levels[level], omega[i], phi[i]);
+// A_R(omega) R at the nodes. Where repairs moved a node it keeps being a sample of the map, at its new place;
+// unless that turns cells inside out: then it stands for its level and line.
+NodeImages imagesOfNodes(const GreenChart& chart, const CoreIsotopy& isotopy, std::span<const Vec3> phi) {
+  const Foliation& f = chart.foliation();
+  const std::span<const Vec3> omega = chart.directions();
+  NodeImages images;
+  images.ball.assign(f.nodes.size(), Vec3::Zero());
+  const auto ofLine = [&](std::size_t id) {
+    const double radius = f.levels[id / f.vertexCount];
+    const std::size_t vertex = id % f.vertexCount;
+    return Vec3(radius * isotopy.direction(radius, omega[vertex], phi[vertex]));
+  };
+  for (std::size_t id = 0; id < f.centerNode(); ++id) images.ball[id] = ofLine(id);
+  if (chart.movedNodes().empty()) return images;
+
+  const detail::DirectionMap boundaryOf(omega, phi, f.triangles);
+  std::vector<char> sampled(f.nodes.size(), 0);
+  for (std::size_t m = 0; m < chart.movedNodes().size(); ++m) {
+    const double radius = chart.movedCanonical()[m].norm();
+    if (!(radius > 0)) continue;
+    const Vec3 direction = chart.movedCanonical()[m] / radius;
+    const std::optional<Vec3> to = boundaryOf(direction);
+    if (!to) continue;
+    images.ball[chart.movedNodes()[m]] = radius * isotopy.direction(radius, direction, *to);
+    sampled[chart.movedNodes()[m]] = 1;
+  }
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const std::size_t cell : badCells(f, images.ball)) {
+      for (const std::uint32_t id : f.cell(cell)) {
+        if (!sampled[id]) continue;
+        sampled[id] = 0;
+        images.ball[id] = ofLine(id);
+        changed = true;
+      }
     }
   }
-  return directions;
+  for (const std::size_t id : chart.movedNodes()) {
+    if (!sampled[id]) images.linear.push_back(id);
+  }
+  return images;
 }
 
-std::size_t countLevelFlips(const Foliation& f, const std::vector<Vec3>& directions) {
+std::size_t countLevelFlips(const Foliation& f, const std::vector<Vec3>& images) {
   std::size_t flips = 0;
   for (std::size_t level = 0; level < f.levels.size(); ++level) {
-    flips += countFlips(std::span(directions).subspan(f.nodeId(level, 0), f.vertexCount), f.triangles);
+    flips += countFlips(std::span(images).subspan(f.nodeId(level, 0), f.vertexCount), f.triangles);
   }
   return flips;
 }
@@ -55,9 +88,22 @@ struct BallMap::Data {
   BallMapOptions options;
   std::string coreFallbackReason;
   std::size_t levelFlips;
+  CellCounts imageCells;
   FoliationTable table;
   SphereLocator surface;   // the surface seen from the center
   SphereLocator boundary;  // phi
+
+  static std::shared_ptr<const Data> make(GreenChart chart, SphereMap sphere, const BallMapOptions& options,
+                                          std::string coreFallbackReason, NodeImages images) {
+    const TriMesh& mesh = chart.green().shape().mesh();
+    const std::size_t flips = countLevelFlips(chart.foliation(), images.ball);
+    CellCounts cells = countCells(chart.foliation(), images.ball);
+    SphereLocator surface(mesh.vertices, mesh.triangles), boundary(sphere.directions, mesh.triangles);
+    FoliationTable table(chart, std::move(images));
+    return std::make_shared<const Data>(Data{std::move(chart), std::move(sphere), options,
+                                             std::move(coreFallbackReason), flips, std::move(cells),
+                                             std::move(table), std::move(surface), std::move(boundary)});
+  }
 
   const Frame& frame() const { return chart.green().shape().frame(); }
 
@@ -99,17 +145,25 @@ struct BallMap::Data {
   }
 
   Vec3 invert(const Vec3& y, std::size_t& hint) const;
+  /// From a start x; NaN where that leads nowhere.
+  Vec3 improve(Vec3 x, const Vec3& y, std::size_t& hint) const;
 };
 
-// Newton's method with step halving on the piecewise smooth table.
 Vec3 BallMap::Data::invert(const Vec3& y, std::size_t& hint) const {
-  constexpr int kIterations = 50, kHalvings = 12;
-  constexpr double kTolerance = 1e-13, kAcceptable = 1e-7;
   const double radius = y.norm();
   if (!(radius <= 1 + 1e-9)) return kNowhere;
   if (radius == 0) return Vec3::Zero();
+  const Vec3 first = improve(guess(y), y, hint);
+  if (first.allFinite()) return first;
+  // The right cell to start in costs a second tree; few points need it.
+  const std::optional<Vec3> start = table.linearInverse(y);
+  return start ? improve(*start, y, hint) : kNowhere;
+}
 
-  Vec3 x = guess(y);
+// Newton's method with step halving on the piecewise smooth table.
+Vec3 BallMap::Data::improve(Vec3 x, const Vec3& y, std::size_t& hint) const {
+  constexpr int kIterations = 50, kHalvings = 12;
+  constexpr double kTolerance = 1e-13, kAcceptable = 1e-7;
   auto value = at(x, hint, true);
   for (int pull = 0; !value && pull < 60; ++pull) {
     x *= 1 - 1e-9 * std::pow(2.0, pull);  // just outside the surface: towards the center
@@ -136,37 +190,50 @@ Vec3 BallMap::Data::invert(const Vec3& y, std::size_t& hint) const {
     if (!improved) break;
   }
   // R reaches 1 a little inside where h is interpolated: accept what lies that close to the boundary.
-  return rest.norm() < std::max(kAcceptable, radius > 0.98 ? 1e-3 : 0.0) ? x : kNowhere;
+  return rest.norm() < std::max(kAcceptable, y.norm() > 0.98 ? 1e-3 : 0.0) ? x : kNowhere;
 }
 
 BallMap::BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options) {
   options.validate();
-  const TriMesh& mesh = chart.green().shape().mesh();
   const Foliation& f = chart.foliation();
   BallMapOptions used = options;
   std::string reason;
-  const std::vector<double> area = vertexAreas(mesh);
+  const std::vector<double> area = vertexAreas(chart.green().shape().mesh());
   auto build = [&] {
-    return directionsAtNodes(f,
-                             CoreIsotopy(chart.directions(), sphere.directions, area,
-                                         used.core == CoreMode::smooth ? used.coreRadius : 0.0),
-                             chart.directions(), sphere.directions);
+    const CoreIsotopy isotopy(chart.directions(), sphere.directions, area,
+                              used.core == CoreMode::smooth ? used.coreRadius : 0.0);
+    return imagesOfNodes(chart, isotopy, sphere.directions);
   };
-  std::vector<Vec3> directions = build();
-  std::size_t flips = countLevelFlips(f, directions);
-  if (used.core == CoreMode::smooth && flips > 0 && sphere.flips == 0) {
-    reason = "the smooth core would flip " + std::to_string(flips) +
-             " triangles over its levels; the paper's core is used, with a kink at the center";
-    used.core = CoreMode::paper;
-    directions = build();
-    flips = countLevelFlips(f, directions);
+  NodeImages images = build();
+  if (used.core == CoreMode::smooth && sphere.flips == 0) {
+    // A wider core turns more slowly from level to level.
+    std::string found;
+    for (const double wider : {options.coreRadius, 1.6 * options.coreRadius, 2.4 * options.coreRadius}) {
+      if (wider >= 1) break;
+      used.coreRadius = wider;
+      images = build();
+      const std::size_t flips = countLevelFlips(f, images.ball), cells = countCells(f, images.ball).bad();
+      if (flips + cells == 0) {
+        found.clear();
+        break;
+      }
+      if (found.empty()) {
+        found = "the smooth core would flip " + std::to_string(flips) +
+                " triangles over its levels and turn " + std::to_string(cells) + " cells inside out";
+      }
+    }
+    if (!found.empty()) {
+      reason = found + "; the paper's core is used, with a kink at the center";
+      used = options;
+      used.core = CoreMode::paper;
+      images = build();
+    }
   }
-  SphereLocator surface(mesh.vertices, mesh.triangles), boundary(sphere.directions, mesh.triangles);
-  FoliationTable table(chart, std::move(directions));
-  data_ =
-      std::make_shared<const Data>(Data{std::move(chart), std::move(sphere), used, std::move(reason), flips,
-                                        std::move(table), std::move(surface), std::move(boundary)});
+  data_ = Data::make(std::move(chart), std::move(sphere), used, std::move(reason), std::move(images));
 }
+
+BallMap::BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options, NodeImages nodeImages)
+    : data_(Data::make(std::move(chart), std::move(sphere), options, "", std::move(nodeImages))) {}
 
 void BallMap::forward(std::span<const Vec3> solid, std::span<Vec3> domain) const {
   detail::parallelChunks(solid.size(), kChunk, [&](std::size_t begin, std::size_t end) {
@@ -203,10 +270,21 @@ void BallMap::jacobian(std::span<const Vec3> solid, std::span<Mat3> derivative) 
 void BallMap::sample(std::span<const Vec3> solid, std::span<Vec3> domain, std::span<double> green) const {
   const Data& d = *data_;
   detail::parallelChunks(solid.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+    std::vector<Vec3> inner(end - begin);
+    for (std::size_t i = begin; i < end; ++i) inner[i - begin] = d.frame().toInner(solid[i]);
+    std::vector<FoliationTable::Value> values(inner.size());
+    std::vector<char> found(inner.size());
+    d.table.evaluateNear(inner, values, found);
     std::size_t hint = 0;
     for (std::size_t i = begin; i < end; ++i) {
-      const Vec3 x = d.frame().toInner(solid[i]);
-      if (const auto value = d.at(x, hint, false)) {
+      const Vec3& x = inner[i - begin];
+      std::optional<FoliationTable::Value> value;
+      if (found[i - begin]) {
+        value = values[i - begin];
+      } else {
+        value = d.at(x, hint, false);
+      }
+      if (value) {
         domain[i] = value->ballRadius * value->direction;
         green[i] = std::max(0.0, value->green) / d.frame().unit;
         continue;
@@ -227,7 +305,8 @@ const GreenChart& BallMap::chart() const { return data_->chart; }
 const SphereMap& BallMap::sphere() const { return data_->sphere; }
 const BallMapOptions& BallMap::options() const { return data_->options; }
 const std::string& BallMap::coreFallbackReason() const { return data_->coreFallbackReason; }
-std::span<const Vec3> BallMap::nodeDirections() const { return data_->table.nodeDirections(); }
+const NodeImages& BallMap::nodeImages() const { return data_->table.images(); }
+const CellCounts& BallMap::imageCells() const { return data_->imageCells; }
 std::size_t BallMap::levelFlips() const { return data_->levelFlips; }
 
 }  // namespace polestar

@@ -22,9 +22,18 @@ enum class CoreMode {
 
 struct BallMapOptions {
   CoreMode core = CoreMode::smooth;
-  double coreRadius = 0.25;  ///< in ball radii, (0, 1)
+  /// In ball radii, (0, 1). Up to 2.4 times as much is used where this would turn cells inside out.
+  double coreRadius = 0.25;
 
   void validate() const;  ///< @throws Error{Errc::usage}
+};
+
+/// Where the nodes of the foliation go.
+struct NodeImages {
+  std::vector<Vec3> ball;  ///< R A_R(omega) in the unit ball; 0 for the center
+  /// Nodes that repairs moved and that still stand for their level and line, ids, ascending: around them the
+  /// map is the piecewise linear one, since the field would disagree with the table.
+  std::vector<std::size_t> linear;
 };
 
 /// The map by its table, the foliation: R from h interpolated with its gradients, directions those of the
@@ -33,6 +42,8 @@ struct BallMapOptions {
 class BallMap final : public VolumeMap {
  public:
   BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options = {});
+  /// With images that were computed before, as a file holds them. `options` say how they were made.
+  BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options, NodeImages nodeImages);
 
   void forward(std::span<const Vec3> solid, std::span<Vec3> domain) const override;
   void inverse(std::span<const Vec3> domain, std::span<Vec3> solid) const override;
@@ -47,8 +58,11 @@ class BallMap final : public VolumeMap {
   /// What was built: `core` may be `paper` where `smooth` was asked; then coreFallbackReason() says why.
   const BallMapOptions& options() const;
   const std::string& coreFallbackReason() const;
-  /// Direction of every node of the foliation but the center: A_R(omega), unit vectors.
-  std::span<const Vec3> nodeDirections() const;
+  /// The map is one to one when all cells are positive at the nodes and at these images. [docs/method.md,
+  /// "One to one"]
+  const NodeImages& nodeImages() const;
+  /// Exact counts over the cells at their images.
+  const CellCounts& imageCells() const;
   /// Triangles that are not positively oriented on the sphere, summed over all levels (exact).
   std::size_t levelFlips() const;
 
@@ -58,9 +72,9 @@ class BallMap final : public VolumeMap {
 };
 
 /// The same map by tracing a field line from every point: the slow reference that the table is held against.
-/// Directions pass from omega to phi linearly on the triangles of the omega map. The inverse iterates on the
-/// forward map from the table's answer; the Jacobian is a central difference. A point costs one
-/// trace, 100 to 200 evaluations of the field.
+/// Directions pass from omega to phi on the triangles of the omega map, with slopes at their corners. The
+/// inverse iterates on the forward map from the table's answer; the Jacobian is a central difference. A point
+/// costs one trace, 100 to 200 evaluations of the field.
 class TracedBallMap final : public VolumeMap {
  public:
   explicit TracedBallMap(BallMap table);

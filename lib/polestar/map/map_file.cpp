@@ -2,6 +2,7 @@
 
 #include <xxhash.h>
 
+#include <algorithm>
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -17,7 +18,7 @@ namespace {
 using nlohmann::json;
 
 constexpr char kMagic[8] = {'P', 'O', 'L', 'E', 'S', 'T', 'A', 'R'};
-constexpr std::uint32_t kFormat = 1;
+constexpr std::uint32_t kFormat = 2;
 constexpr std::size_t kPreamble = sizeof kMagic + 2 * sizeof(std::uint32_t), kAlignment = 64;
 
 std::size_t aligned(std::size_t size) { return (size + kAlignment - 1) / kAlignment * kAlignment; }
@@ -53,10 +54,12 @@ class ArrayList {
   template <class T>
   void add(const std::string& name, std::span<const T> values, std::size_t columns) {
     static_assert(sizeof(T) % 4 == 0);
-    const bool integers = std::is_same_v<T, Triangle>;
+    constexpr bool kIntegers = std::is_same_v<T, Triangle>, kSizes = std::is_same_v<T, std::size_t>;
     description_.push_back({{"name", name},
-                            {"type", integers ? "int32" : "float64"},
-                            {"shape", {values.size_bytes() / (columns * (integers ? 4 : 8)), columns}},
+                            {"type", kIntegers ? "int32"
+                                     : kSizes  ? "uint64"
+                                               : "float64"},
+                            {"shape", {values.size_bytes() / (columns * (kIntegers ? 4 : 8)), columns}},
                             {"offset", offset_}});
     bytes_.push_back(std::as_bytes(values));
     offset_ = aligned(offset_ + values.size_bytes());
@@ -168,8 +171,11 @@ json describe(const BallMap& map, const MapProvenance& provenance) {
                {{"lines", report.lines},
                 {"deepened", report.deepened},
                 {"failed", report.failed},
+                {"retraced", report.retraced},
                 {"repaired", report.repaired},
+                {"ray_lines", report.rayLines},
                 {"largest_move_inner", report.largestMove},
+                {"largest_move_ball", report.largestMoveInBall},
                 {"evaluations", report.evaluations},
                 {"direction_flips", report.directionFlips}}},
               {"sphere",
@@ -264,6 +270,11 @@ void checkIndices(const TriMesh& mesh, const std::filesystem::path& path) {
   }
 }
 
+void checkNodes(const std::vector<std::size_t>& ids, std::size_t nodes, const std::filesystem::path& path) {
+  if (std::any_of(ids.begin(), ids.end(), [&](std::size_t id) { return id >= nodes; }))
+    fail(path, "a list names a node that is not there");
+}
+
 // The layer of the solver "layer", the charges of "mfs".
 void addSources(ArrayList& arrays, const GreenSources& sources) {
   if (const auto* layer = std::get_if<SurfaceLayer>(&sources)) {
@@ -328,7 +339,7 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   GreenSources sources = takeSources(raw, path, n);
   GreenFunction green = restoreGreen(shape, std::move(sources), std::move(record));
 
-  auto data = std::make_shared<GreenChart::Data>(GreenChart::Data{green, {}, {}, {}, {}, {}});
+  auto data = std::make_shared<GreenChart::Data>(GreenChart::Data{green, {}, {}, {}, {}, {}, {}, {}});
   Foliation& f = data->foliation;
   f.vertexCount = n;
   f.triangles = shape.mesh().triangles;
@@ -339,12 +350,17 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   data->h = takeArray<double>(raw, path, "harmonic", 1, nodes);
   data->gradient = takeArray<Vec3>(raw, path, "harmonic_gradient", 3, nodes);
   data->directions = takeArray<Vec3>(raw, path, "omega", 3, n);
+  data->movedNodes = takeArray<std::size_t>(raw, path, "moved_nodes", 1, 0);
+  checkNodes(data->movedNodes, nodes, path);
   const json& c = header.at("chart");
   data->report.lines = c.at("lines");
   data->report.deepened = c.at("deepened");
   data->report.failed = c.at("failed");
+  data->report.retraced = c.at("retraced");
   data->report.repaired = c.at("repaired");
+  data->report.rayLines = c.at("ray_lines");
   data->report.largestMove = c.at("largest_move_inner");
+  data->report.largestMoveInBall = c.at("largest_move_ball");
   data->report.evaluations = c.at("evaluations");
   data->report.directionFlips = c.at("direction_flips");
   data->report.cells = countCells(f);
@@ -360,7 +376,10 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   sphere.fallbackReason = s.at("fallback");
   const BallMapOptions options{header.at("core") == "smooth" ? CoreMode::smooth : CoreMode::paper,
                                header.at("core_radius")};
-  return BallMap(GreenChart(std::move(data)), std::move(sphere), options);
+  NodeImages images{takeArray<Vec3>(raw, path, "ball", 3, nodes),
+                    takeArray<std::size_t>(raw, path, "linear_nodes", 1, 0)};
+  checkNodes(images.linear, nodes, path);
+  return BallMap(GreenChart(std::move(data)), std::move(sphere), options, std::move(images));
 }
 
 }  // namespace
@@ -374,9 +393,12 @@ std::string writeMapFile(const std::filesystem::path& path, const BallMap& map,
   arrays.add("triangles", std::span(mesh.triangles), 3);
   addSources(arrays, chart.green().sources());
   arrays.add("nodes_inner", std::span(chart.foliation().nodes), 3);
+  arrays.add("ball", std::span(map.nodeImages().ball), 3);
+  arrays.add("linear_nodes", std::span(map.nodeImages().linear), 1);
   arrays.add("harmonic", chart.harmonic(), 1);
   arrays.add("harmonic_gradient", chart.harmonicGradient(), 3);
   arrays.add("omega", chart.directions(), 3);
+  arrays.add("moved_nodes", chart.movedNodes(), 1);
   arrays.add("phi", std::span(map.sphere().directions), 3);
 
   json header = describe(map, provenance);

@@ -6,6 +6,7 @@
 #include "polestar/core/detail/parallel.h"
 #include "polestar/map/ball_map.h"
 #include "polestar/map/detail/core_isotopy.h"
+#include "polestar/map/detail/direction_map.h"
 #include "polestar/sphere/sphere_locator.h"
 
 namespace polestar {
@@ -19,7 +20,8 @@ const Vec3 kNowhere = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
 struct TracedBallMap::Data {
   BallMap table;
   FieldLineTracer tracer;
-  SphereLocator surface, omega;
+  SphereLocator surface;
+  detail::DirectionMap boundaryOf;
   detail::CoreIsotopy isotopy;
 
   const GreenChart& chart() const { return table.chart(); }
@@ -43,12 +45,8 @@ struct TracedBallMap::Data {
     if (!line.ok) return kNowhere;
     const Vec3 direction =
         limitDirection(line.nodes[0].position, levels[0], line.nodes[1].position, levels[1]);
-    const auto cell = omega.locate(direction);
-    if (!cell) return kNowhere;
-    const Triangle& t = chart().foliation().triangles[cell->triangle];
-    Vec3 phi = Vec3::Zero();
-    for (int k = 0; k < 3; ++k) phi += cell->weights[k] * table.sphere().directions[t[k]];
-    return radius * isotopy.direction(radius, direction, phi.normalized());
+    const std::optional<Vec3> phi = boundaryOf(direction);
+    return phi ? Vec3(radius * isotopy.direction(radius, direction, *phi)) : kNowhere;
   }
 
   // The table's Jacobian is close to this map's: each correction gains about two digits.
@@ -84,9 +82,9 @@ TracedBallMap::TracedBallMap(BallMap table) {
   const TriMesh& mesh = chart.green().shape().mesh();
   const double coreRadius = table.options().core == CoreMode::smooth ? table.options().coreRadius : 0;
   detail::CoreIsotopy isotopy(chart.directions(), table.sphere().directions, vertexAreas(mesh), coreRadius);
-  data_ = std::make_shared<const Data>(Data{table, FieldLineTracer(chart.green(), kTraceTolerance),
-                                            SphereLocator(mesh.vertices, mesh.triangles),
-                                            SphereLocator(chart.directions(), mesh.triangles), isotopy});
+  data_ = std::make_shared<const Data>(Data{
+      table, FieldLineTracer(chart.green(), kTraceTolerance), SphereLocator(mesh.vertices, mesh.triangles),
+      detail::DirectionMap(chart.directions(), table.sphere().directions, mesh.triangles), isotopy});
 }
 
 void TracedBallMap::forward(std::span<const Vec3> solid, std::span<Vec3> domain) const {

@@ -8,6 +8,7 @@
 #include <iostream>
 #include <map>
 #include <sstream>
+#include <tuple>
 #include <type_traits>
 
 #include <openvdb/openvdb.h>
@@ -71,6 +72,22 @@ void checkSize(const TriMesh& surface, const GridOptions& options) {
           << limit / 1e9 << " GB allowed: " << static_cast<int>(low) << " would fit";
   throw Error(Errc::usage, message.str());
 }
+
+// What a sampler fills for a voxel of a tree.
+template <class Tree>
+using ValueOf = std::conditional_t<std::is_same_v<Tree, openvdb::Vec3STree>, Vec3f, float>;
+
+template <class Value>
+Value zeroOf() {
+  if constexpr (std::is_same_v<Value, Vec3f>) {
+    return Vec3f::Zero();
+  } else {
+    return 0;
+  }
+}
+
+openvdb::Vec3s toOpenVdbValue(const Vec3f& value) { return openvdb::Vec3s(value.data()); }
+float toOpenVdbValue(float value) { return value; }
 
 // As if read from a file. OpenVDB's constructors refuse scales whose cube is below 3e-15, as if they were
 // zero, and round others on the way through a matrix; the map itself and the format work at any scale.
@@ -205,33 +222,35 @@ struct SolidGrids::Impl {
     throw Error(Errc::usage, "there is no vector grid '" + name + "'");
   }
 
-  template <class Tree, class Value>
-  typename Tree::Ptr sampleTree(const std::string& name, bool isPadded,
-                                const std::function<void(const VoxelBatch&, std::span<Value>)>& sample,
-                                Context& context) const;
+  /// Fills trees of the same voxels, a value of each a point.
+  template <class... Trees>
+  std::tuple<typename Trees::Ptr...> sampleTrees(
+      const std::string& name, bool isPadded,
+      const std::function<void(const VoxelBatch&, std::span<ValueOf<Trees>>...)>& sample,
+      Context& context) const;
 };
 
-template <class Tree, class Value>
-typename Tree::Ptr SolidGrids::Impl::sampleTree(
+template <class... Trees>
+std::tuple<typename Trees::Ptr...> SolidGrids::Impl::sampleTrees(
     const std::string& name, bool isPadded,
-    const std::function<void(const VoxelBatch&, std::span<Value>)>& sample, Context& context) const {
-  static_assert(sizeof(Value) == sizeof(typename Tree::ValueType));
-  using Leaf = typename Tree::LeafNodeType;
-  const auto tree = std::make_shared<Tree>(
-      isPadded ? *padded : *inside, openvdb::zeroVal<typename Tree::ValueType>(), openvdb::TopologyCopy());
-  std::vector<Leaf*> leaves;
-  tree->getNodes(leaves);
+    const std::function<void(const VoxelBatch&, std::span<ValueOf<Trees>>...)>& sample,
+    Context& context) const {
+  const std::tuple<typename Trees::Ptr...> trees{
+      std::make_shared<Trees>(isPadded ? *padded : *inside, openvdb::zeroVal<typename Trees::ValueType>(),
+                              openvdb::TopologyCopy())...};
+  // The same voxels make the same leaves in the same order.
+  std::tuple<std::vector<typename Trees::LeafNodeType*>...> leaves;
+  (std::get<typename Trees::Ptr>(trees)->getNodes(
+       std::get<std::vector<typename Trees::LeafNodeType*>>(leaves)),
+   ...);
+  const auto& first = std::get<0>(leaves);
 
-  const auto fill = [&](Leaf& leaf) {
+  const auto fill = [&](std::size_t l) {
     std::array<Vec3, kLeafVoxels> points;
     std::array<float, kLeafVoxels> distances;
-    std::array<Value, kLeafVoxels> values;
-    if constexpr (std::is_same_v<Value, Vec3f>) {
-      values.fill(Vec3f::Zero());
-    } else {
-      values.fill(0);
-    }
+    std::tuple<std::array<ValueOf<Trees>, kLeafVoxels>...> values;
     std::size_t count = 0;
+    const auto& leaf = *first[l];
     const auto* band = surface->constTree().probeConstLeaf(leaf.origin());
     const float tile = band ? 0 : surface->constTree().getValue(leaf.origin());
     for (auto voxel = leaf.cbeginValueOn(); voxel; ++voxel, ++count) {
@@ -239,27 +258,29 @@ typename Tree::Ptr SolidGrids::Impl::sampleTree(
       points[count] = toWorld(Vec3(at.x(), at.y(), at.z()));
       distances[count] = band ? band->getValue(voxel.pos()) : tile;
     }
-    sample({{points.data(), count}, {distances.data(), count}}, {values.data(), count});
-    count = 0;
-    for (auto voxel = leaf.beginValueOn(); voxel; ++voxel, ++count) {
-      if constexpr (std::is_same_v<Value, Vec3f>) {
-        voxel.setValue(openvdb::Vec3s(values[count].data()));
-      } else {
-        voxel.setValue(values[count]);
-      }
-    }
+    (std::fill_n(std::get<std::array<ValueOf<Trees>, kLeafVoxels>>(values).begin(), count,
+                 zeroOf<ValueOf<Trees>>()),
+     ...);
+    sample({{points.data(), count}, {distances.data(), count}},
+           std::span(std::get<std::array<ValueOf<Trees>, kLeafVoxels>>(values).data(), count)...);
+    const auto store = [&](auto& target, const auto& from) {
+      std::size_t i = 0;
+      for (auto voxel = target.beginValueOn(); voxel; ++voxel, ++i) voxel.setValue(toOpenVdbValue(from[i]));
+    };
+    (store(*std::get<std::vector<typename Trees::LeafNodeType*>>(leaves)[l],
+           std::get<std::array<ValueOf<Trees>, kLeafVoxels>>(values)),
+     ...);
   };
   // In portions, since progress is for the thread that drives the loop to report.
-  const std::size_t portion = std::max<std::size_t>(leaves.size() / 100, 64);
+  const std::size_t portion = std::max<std::size_t>(first.size() / 100, 64);
   const std::string stage = "sampling " + name;
-  for (std::size_t done = 0; done < leaves.size(); done += portion) {
-    context.progress(stage, static_cast<double>(done) / static_cast<double>(leaves.size()));
-    const std::size_t end = std::min(leaves.size(), done + portion);
-    detail::parallelChunks(end - done, 1, context,
-                           [&](std::size_t l, std::size_t) { fill(*leaves[done + l]); });
+  for (std::size_t done = 0; done < first.size(); done += portion) {
+    context.progress(stage, static_cast<double>(done) / static_cast<double>(first.size()));
+    const std::size_t end = std::min(first.size(), done + portion);
+    detail::parallelChunks(end - done, 1, context, [&](std::size_t l, std::size_t) { fill(done + l); });
   }
   context.progress(stage, 1);
-  return tree;
+  return trees;
 }
 
 SolidGrids::SolidGrids(const TriMesh& mesh, const GridOptions& options, Context& context)
@@ -305,23 +326,46 @@ std::size_t SolidGrids::insideVoxels() const { return impl_->insideCount; }
 std::size_t SolidGrids::activeVoxels() const { return impl_->paddedCount; }
 Vec3 SolidGrids::indexToWorld(const Vec3& index) const { return impl_->toWorld(index); }
 
+namespace {
+
+openvdb::GridBase::Ptr vectorGrid(const std::string& name, VectorRole role,
+                                  const openvdb::Vec3STree::Ptr& tree,
+                                  const openvdb::math::Transform::Ptr& transform) {
+  const auto grid = makeGrid<openvdb::Vec3STree>(name, tree, transform, openvdb::GRID_UNKNOWN);
+  grid->setVectorType(role == VectorRole::invariant ? openvdb::VEC_INVARIANT
+                                                    : openvdb::VEC_CONTRAVARIANT_RELATIVE);
+  return grid;
+}
+
+}  // namespace
+
 void SolidGrids::addVector(const std::string& name, VectorRole role,
                            const std::function<void(const VoxelBatch&, std::span<Vec3f>)>& sample,
                            bool padded, Context& context) {
   impl_->checkNewName(name);
-  const auto tree = impl_->sampleTree<openvdb::Vec3STree, Vec3f>(name, padded, sample, context);
-  const auto grid = makeGrid<openvdb::Vec3STree>(name, tree, impl_->transform, openvdb::GRID_UNKNOWN);
-  grid->setVectorType(role == VectorRole::invariant ? openvdb::VEC_INVARIANT
-                                                    : openvdb::VEC_CONTRAVARIANT_RELATIVE);
-  impl_->grids.push_back(grid);
+  const auto [tree] = impl_->sampleTrees<openvdb::Vec3STree>(name, padded, sample, context);
+  impl_->grids.push_back(vectorGrid(name, role, tree, impl_->transform));
 }
 
 void SolidGrids::addScalar(const std::string& name,
                            const std::function<void(const VoxelBatch&, std::span<float>)>& sample,
                            bool padded, Context& context) {
   impl_->checkNewName(name);
-  const auto tree = impl_->sampleTree<openvdb::FloatTree, float>(name, padded, sample, context);
+  const auto [tree] = impl_->sampleTrees<openvdb::FloatTree>(name, padded, sample, context);
   impl_->grids.push_back(makeGrid<openvdb::FloatTree>(name, tree, impl_->transform, openvdb::GRID_UNKNOWN));
+}
+
+void SolidGrids::addVectorAndScalar(
+    const std::string& vectorName, VectorRole role, const std::string& scalarName,
+    const std::function<void(const VoxelBatch&, std::span<Vec3f>, std::span<float>)>& sample, bool padded,
+    Context& context) {
+  impl_->checkNewName(vectorName);
+  impl_->checkNewName(scalarName);
+  const auto [vectors, scalars] = impl_->sampleTrees<openvdb::Vec3STree, openvdb::FloatTree>(
+      vectorName + " and " + scalarName, padded, sample, context);
+  impl_->grids.push_back(vectorGrid(vectorName, role, vectors, impl_->transform));
+  impl_->grids.push_back(
+      makeGrid<openvdb::FloatTree>(scalarName, scalars, impl_->transform, openvdb::GRID_UNKNOWN));
 }
 
 void SolidGrids::setMetadata(const std::string& key, const Metadata& value) { impl_->metadata[key] = value; }

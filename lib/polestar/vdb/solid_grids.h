@@ -82,6 +82,12 @@ class SolidGrids {
                  const std::function<void(const VoxelBatch&, std::span<float>)>& sample, bool padded = false,
                  Context& context = Context::quiet());
 
+  /// Both at once, on the same voxels, for values that come of one computation.
+  void addVectorAndScalar(
+      const std::string& vectorName, VectorRole role, const std::string& scalarName,
+      const std::function<void(const VoxelBatch&, std::span<Vec3f>, std::span<float>)>& sample,
+      bool padded = true, Context& context = Context::quiet());
+
   /// Written on every grid (file-level metadata gets lost in other tools), under the key as given. A later
   /// value replaces an earlier one.
   void setMetadata(const std::string& key, const Metadata& value);

@@ -119,12 +119,11 @@ class Repairer {
 
 }  // namespace
 
-LineRepair repairLines(Foliation& foliation, std::span<const std::int32_t> failed) {
+LineRepair repairLines(Foliation& foliation, std::span<const std::int32_t> failed, const Retrace& retrace) {
   LineRepair result;
   Repairer repairer(foliation);
   repairer.fillFailed(failed);
 
-  const std::vector<Vec3> traced = foliation.nodes;
   std::vector<Vec3> best = foliation.nodes;
   std::vector<int> bad = repairer.badByTriangle();
   auto total = [](const std::vector<int>& counts) {
@@ -133,6 +132,21 @@ LineRepair repairLines(Foliation& foliation, std::span<const std::int32_t> faile
     return sum;
   };
   std::size_t fewest = total(bad);
+  for (int attempt = 0; attempt < kRetraces && fewest > 0; ++attempt) {
+    const std::set<std::int32_t> lines = repairer.suspects(bad, false);
+    retrace(lines, attempt);
+    const std::vector<int> now = repairer.badByTriangle();
+    if (total(now) < fewest) {
+      fewest = total(now);
+      bad = now;
+      best = foliation.nodes;
+      result.retraced += lines.size();
+    } else {
+      foliation.nodes = best;
+    }
+  }
+
+  const std::vector<Vec3> traced = foliation.nodes;
   std::set<std::int32_t> touched, kept;
   for (int round = 0; round < kRounds && fewest > 0; ++round) {
     const std::set<std::int32_t> lines = repairer.suspects(bad, round >= kWidenAfter);
@@ -163,7 +177,7 @@ LineRepair repairLines(Foliation& foliation, std::span<const std::int32_t> faile
     }
   }
   result.movedNodes.assign(moved.begin(), moved.end());
-  result.cells = countCells(foliation);
+  result.badCells = fewest;
   return result;
 }
 

@@ -24,13 +24,17 @@ struct Bounds {
   bool contains(const Vec3& p) const {
     return (p.array() >= min.array()).all() && (p.array() <= max.array()).all();
   }
+  bool overlaps(const Bounds& b) const {
+    return (b.max.array() >= min.array()).all() && (b.min.array() <= max.array()).all();
+  }
   /// Distance from p to the box, squared; 0 inside.
   double squaredDistance(const Vec3& p) const {
     return (min - p).cwiseMax(p - max).cwiseMax(0.0).squaredNorm();
   }
 };
 
-/// Built once over the boxes of items 0 .. n-1, in O(n log n); the same tree for any number of threads.
+/// Built once over the boxes of items 0 .. n-1, in O(n log n), in parallel; the same tree for any number of
+/// threads.
 class AabbTree {
  public:
   AabbTree() = default;
@@ -65,7 +69,30 @@ class AabbTree {
     return false;
   }
 
+  /// The same for leaves whose box meets `box`.
+  template <class Visit>
+  bool visitOverlapping(const Bounds& box, Visit&& visit) const {
+    if (nodes_.empty()) return false;
+    std::uint32_t stack[64];
+    int depth = 0;
+    stack[depth++] = 0;
+    while (depth > 0) {
+      const Node& node = nodes_[stack[--depth]];
+      if (!node.bounds.overlaps(box)) continue;
+      if (node.count > 0) {
+        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+          if (visit(static_cast<std::size_t>(order_[i]))) return true;
+        }
+      } else {
+        stack[depth++] = node.first + 1;
+        stack[depth++] = node.first;
+      }
+    }
+    return false;
+  }
+
  private:
+  class Builder;
   static constexpr std::uint32_t kLeafSize = 6;
   struct Node {
     Bounds bounds;

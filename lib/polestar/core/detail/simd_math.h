@@ -25,7 +25,7 @@ POLESTAR_INTO_CLONES double inverseRoot(double a) {
 /// The same for lanes, in place. (Functions that return them would depend on the instruction set.)
 template <class V>
 POLESTAR_INTO_CLONES void invertRoots(V& a) {
-  using Bits = decltype(a < a);
+  using Bits [[gnu::vector_size(sizeof(V))]] = std::uint64_t;  // differences may wrap
   V y = reinterpret_cast<V>(0x5fe6'eb50'c7b5'37a9 - (reinterpret_cast<Bits>(a) >> 1));
   for (int step = 0; step < 2; ++step) {
     const V h = 1 - a * y * y;

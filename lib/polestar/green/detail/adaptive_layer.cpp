@@ -9,11 +9,11 @@
 #include <string>
 
 #include "polestar/core/error.h"
-#include "polestar/green/detail/bisect.h"
 #include "polestar/green/detail/boundary_error.h"
 #include "polestar/green/detail/device_sums.h"
 #include "polestar/green/detail/layer_field.h"
 #include "polestar/green/detail/principal_axes.h"
+#include "polestar/mesh/bisect.h"
 
 namespace polestar::detail {
 namespace {

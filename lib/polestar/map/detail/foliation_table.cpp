@@ -2,90 +2,199 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
+#include <atomic>
+
+#include <tbb/task_arena.h>
 
 #include "polestar/core/detail/parallel.h"
 
 namespace polestar::detail {
+namespace {
 
-FoliationTable::FoliationTable(GreenChart chart, std::vector<Vec3> nodeDirections)
-    : chart_(std::move(chart)), nodeDirections_(std::move(nodeDirections)) {
+/// Points that share one test against a cell's box.
+constexpr std::size_t kGroup = 16;
+/// Prisms around a batch of points, a point, beyond which looking them all through does not pay.
+constexpr std::size_t kMostPrisms = 16;
+/// Half a slope's difference from that of the linear map of a cell, relative to the latter, up to which it is
+/// trusted and beyond which it is not at all: the fit saw something else than a smooth map, or the cells are
+/// too coarse for one.
+constexpr double kFreeExcess = 0.4, kMostExcess = 0.8;
+
+// Cells of a prism or, beyond the prisms, the one at the center.
+template <class Visit>
+bool visitCells(const Foliation& f, std::size_t item, Visit&& visit) {
+  const std::size_t prisms = f.layerCount() * f.triangles.size();
+  if (item >= prisms) return visit(3 * prisms + (item - prisms));
+  return visit(3 * item) || visit(3 * item + 1) || visit(3 * item + 2);
+}
+
+}  // namespace
+
+FoliationTable::FoliationTable(GreenChart chart, NodeImages images)
+    : chart_(std::move(chart)), images_(std::move(images)), slopes_(slopesOfImages(chart_, images_.ball)) {
   const Foliation& f = chart_.foliation();
-  nodeGreen_.assign(f.centerNode(), 0.0);
-  for (std::size_t id = f.vertexCount; id < nodeGreen_.size(); ++id) {
-    nodeGreen_[id] = std::max(0.0, 1 / f.nodes[id].norm() + chart_.harmonic()[id]);
+  markLinear();
+  nodeGreen_.assign(f.nodes.size(), 0.0);
+  for (std::size_t id = f.vertexCount; id < f.centerNode(); ++id) {
+    // Such a node stands for its level, whatever the field says there (noise, mostly).
+    const double level = f.levels[id / f.vertexCount];
+    nodeGreen_[id] = linear_[id] ? (1 / level - 1) / chart_.green().harmonicRadius()
+                                 : std::max(0.0, 1 / f.nodes[id].norm() + chart_.harmonic()[id]);
   }
-  std::vector<Bounds> boxes(f.cellCount());
+  limitSlopes();
+  tree_ = treeOver(f.nodes);
+}
+
+AabbTree FoliationTable::treeOver(std::span<const Vec3> positions) const {
+  const Foliation& f = chart_.foliation();
+  std::vector<Bounds> boxes((f.layerCount() + 1) * f.triangles.size());
   parallelChunks(boxes.size(), 4096, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t id = begin; id < end; ++id) {
-      for (const std::uint32_t node : f.cell(id)) boxes[id].include(f.nodes[node]);
+    for (std::size_t item = begin; item < end; ++item) {
+      visitCells(f, item, [&](std::size_t cell) {
+        for (const std::uint32_t node : f.cell(cell)) boxes[item].include(positions[node]);
+        return false;
+      });
     }
   });
-  tree_ = AabbTree(boxes);
+  return AabbTree(boxes);
 }
 
-bool FoliationTable::weigh(const Vec3& x, std::size_t cell, Eigen::Vector4d& weights) const {
+void FoliationTable::markLinear() {
   const Foliation& f = chart_.foliation();
-  const auto node = f.cell(cell);
-  const Vec3 p = x - f.nodes[node[0]], a = f.nodes[node[1]] - f.nodes[node[0]],
-             b = f.nodes[node[2]] - f.nodes[node[0]], c = f.nodes[node[3]] - f.nodes[node[0]];
-  const Vec3 bc = b.cross(c);
-  const double volume = a.dot(bc);
-  if (!(volume > 0)) return false;  // an inverted or flat cell holds no point
-  weights[1] = p.dot(bc) / volume;
-  weights[2] = a.dot(p.cross(c)) / volume;
-  weights[3] = a.dot(b.cross(p)) / volume;
-  weights[0] = 1 - weights[1] - weights[2] - weights[3];
-  return true;
+  linear_.assign(f.nodes.size(), 0);
+  if (images_.linear.empty()) return;
+  std::vector<char> listed(f.nodes.size(), 0);
+  for (const std::size_t id : images_.linear) listed[id] = 1;
+  for (std::size_t id = 0; id < f.cellCount(); ++id) {
+    const auto cell = f.cell(id);
+    if (std::none_of(cell.begin(), cell.end(), [&](std::uint32_t node) { return listed[node]; })) continue;
+    for (const std::uint32_t node : cell) {
+      linear_[node] = 1;
+      slopes_.trust[node] = 0;
+    }
+  }
 }
 
-std::optional<FoliationTable::Location> FoliationTable::locate(const Vec3& x, std::size_t hint,
-                                                               double slack) const {
-  Location trial;
-  trial.cell = hint;
-  if (hint < chart_.foliation().cellCount() && weigh(x, hint, trial.weights) && trial.inside()) return trial;
+// One cell, ready for many points.
+class FoliationTable::CellMap {
+ public:
+  CellMap(const FoliationTable& table, std::size_t cell)
+      : table_(table), node_(table.chart_.foliation().cell(cell)) {
+    const Foliation& f = table.chart_.foliation();
+    for (int k = 0; k < 4; ++k) corner_[k] = f.nodes[node_[k]];
+    Mat3 edges;
+    for (int k = 0; k < 3; ++k) edges.col(k) = corner_[k + 1] - corner_[0];
+    const Vec3 bc = edges.col(1).cross(edges.col(2));
+    const double volume = edges.col(0).dot(bc);
+    positive_ = volume > 0;
+    if (!positive_) return;
+    weightGradient_[1] = bc / volume;
+    weightGradient_[2] = edges.col(2).cross(edges.col(0)) / volume;
+    weightGradient_[3] = edges.col(0).cross(edges.col(1)) / volume;
+    weightGradient_[0] = -(weightGradient_[1] + weightGradient_[2] + weightGradient_[3]);
+    const std::size_t layer = f.layerOf(cell);
+    bounded_ = layer + 1 < f.levels.size() && f.levels[layer + 1] >= kInnermostBound;
+  }
 
-  std::optional<Location> best;
-  double bestInside = -slack;
-  tree_.visitWithin(x, 1e-24, [&](std::size_t cell) {
-    trial.cell = cell;
-    if (!weigh(x, cell, trial.weights)) return false;
-    const double inside = trial.weights.minCoeff();
-    if (inside < bestInside) return false;
-    bestInside = inside;
-    best = trial;
-    return inside >= 0;
+  /// An inverted or flat cell holds no point.
+  bool positive() const { return positive_; }
+
+  Eigen::Vector4d weigh(const Vec3& x) const {
+    const Vec3 p = x - corner_[0];
+    Eigen::Vector4d w;
+    for (int k = 1; k < 4; ++k) w[k] = weightGradient_[k].dot(p);
+    w[0] = 1 - w[1] - w[2] - w[3];
+    return w;
+  }
+
+  /// What does not depend on the point; needed once before evaluate().
+  void prepare() {
+    linearSlope_.setZero();
+    anyLinear_ = false;
+    for (int k = 0; k < 4; ++k) {
+      image_[k] = table_.images_.ball[node_[k]];
+      linearSlope_ += image_[k] * weightGradient_[k].transpose();
+      h_[k] = table_.chart_.harmonic()[node_[k]];
+      gradient_[k] = table_.chart_.harmonicGradient()[node_[k]];
+      green_[k] = table_.nodeGreen_[node_[k]];
+      isLinear_[k] = table_.linear_[node_[k]];
+      anyLinear_ = anyLinear_ || isLinear_[k];
+    }
+    // A node without a slope takes that of the linear interpolant, which changes nothing on faces that it is
+    // no corner of.
+    for (int k = 0; k < 4; ++k) {
+      excess_[k].setZero();
+      if (const double trust = table_.slopes_.trust[node_[k]]; trust > 0)
+        excess_[k] = 0.5 * trust * (table_.slopes_.slope[node_[k]].cast<double>() - linearSlope_);
+    }
+    prepared_ = true;
+  }
+  bool prepared() const { return prepared_; }
+
+  template <bool WithJacobian>
+  Value evaluate(const Vec3& x, const Eigen::Vector4d& weights) const;
+
+ private:
+  friend class FoliationTable;
+  /// Deep inside the bounds on G and G itself differ by a few percent: there they can end.
+  static constexpr double kInnermostBound = 0.3;
+
+  Potential potential(const Vec3& x, const Eigen::Vector4d& weights) const;
+
+  const FoliationTable& table_;
+  std::array<std::uint32_t, 4> node_;
+  std::array<Vec3, 4> corner_, weightGradient_, image_, gradient_;
+  std::array<double, 4> h_{}, green_{};
+  std::array<Mat3, 4> excess_;
+  std::array<char, 4> isLinear_{};
+  Mat3 linearSlope_;
+  bool positive_ = false, bounded_ = false, prepared_ = false, anyLinear_ = false;
+};
+
+void FoliationTable::limitSlopes() {
+  std::vector<float> limit(slopes_.trust.size(), 1);
+  parallelChunks(chart_.foliation().cellCount(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t id = begin; id < end; ++id) {
+      CellMap cell(*this, id);
+      if (!cell.positive()) continue;
+      cell.prepare();
+      const Mat3 inverse = cell.linearSlope_.inverse();
+      for (int k = 0; k < 4; ++k) {
+        const std::uint32_t node = cell.node_[k];
+        if (!(slopes_.trust[node] > 0)) continue;
+        const Mat3 excess = 0.5 * (slopes_.slope[node].cast<double>() - cell.linearSlope_);
+        const double ratio = (inverse * excess).norm();
+        const double trust = std::clamp((kMostExcess - ratio) / (kMostExcess - kFreeExcess), 0.0, 1.0);
+        // The smallest of all, whoever writes it.
+        std::atomic_ref<float> shared(limit[node]);
+        const float wanted = std::isfinite(ratio) ? static_cast<float>(trust) : 0.0F;
+        for (float known = shared.load(std::memory_order_relaxed); wanted < known;) {
+          if (shared.compare_exchange_weak(known, wanted, std::memory_order_relaxed)) break;
+        }
+      }
+    }
   });
-  return best;
+  for (std::size_t id = 0; id < limit.size(); ++id) slopes_.trust[id] *= limit[id];
 }
 
 // h with gradients: the sum of weight (h + grad h . (x - node) / 2) is exact for quadratic h.
-// `weightGradients`: rows are the gradients of weights 1 to 3.
-FoliationTable::Potential FoliationTable::potential(const Vec3& x, const Location& location,
-                                                    const Mat3& weightGradients) const {
-  const Foliation& f = chart_.foliation();
-  const auto node = f.cell(location.cell);
+FoliationTable::Potential FoliationTable::CellMap::potential(const Vec3& x,
+                                                             const Eigen::Vector4d& weights) const {
   double h = 0, linear = 0;
   Vec3 gradientOfH = Vec3::Zero(), gradientOfLinear = Vec3::Zero();
   for (int k = 0; k < 4; ++k) {
-    const std::uint32_t id = node[k];
-    const double weight = location.weights[k];
-    const Vec3 slope = k > 0 ? Vec3(weightGradients.row(k - 1)) : Vec3(-weightGradients.colwise().sum());
-    const double atCorner = chart_.harmonic()[id] + 0.5 * chart_.harmonicGradient()[id].dot(x - f.nodes[id]);
-    h += weight * atCorner;
-    gradientOfH += slope * atCorner + 0.5 * weight * chart_.harmonicGradient()[id];
-    if (id < nodeGreen_.size()) {
-      linear += weight * nodeGreen_[id];
-      gradientOfLinear += nodeGreen_[id] * slope;
-    }
+    const double atCorner = h_[k] + 0.5 * gradient_[k].dot(x - corner_[k]);
+    h += weights[k] * atCorner;
+    gradientOfH += atCorner * weightGradient_[k] + 0.5 * weights[k] * gradient_[k];
+    linear += weights[k] * green_[k];
+    gradientOfLinear += green_[k] * weightGradient_[k];
   }
   const double r = x.norm();
   const Potential smooth{1 / r + h, gradientOfH - x / (r * r * r)};
-
   // Next to the surface the error of h exceeds G itself; the linear interpolant of G is 0 there and nowhere
-  // else. Deep inside the two agree to a few percent, so the bounds join continuously where they end.
-  constexpr double kInnermostBound = 0.3;
-  const std::size_t layer = f.layerOf(location.cell);
-  if (layer + 1 >= f.levels.size() || f.levels[layer + 1] < kInnermostBound) return smooth;
+  // else.
+  if (!bounded_) return smooth;
   for (const double bound : {0.5, 2.0}) {
     if (bound < 1 ? smooth.green < bound * linear : smooth.green > bound * linear) {
       return {bound * linear, bound * gradientOfLinear};
@@ -94,44 +203,153 @@ FoliationTable::Potential FoliationTable::potential(const Vec3& x, const Locatio
   return smooth;
 }
 
-FoliationTable::Value FoliationTable::evaluate(const Vec3& x, const Location& location,
-                                               bool withJacobian) const {
-  const Foliation& f = chart_.foliation();
-  const auto node = f.cell(location.cell);
-  const double rho = chart_.green().harmonicRadius();
-  Mat3 edges;
-  for (int k = 0; k < 3; ++k) edges.col(k) = f.nodes[node[k + 1]] - f.nodes[node[0]];
-  const Mat3 weightGradients = edges.inverse();
-  const Potential potential = this->potential(x, location, weightGradients);
-
-  // Ball positions R * direction are nearly linear in x, at the center too; directions alone are not. So the
-  // direction is that of the piecewise linear map from the foliation's cells to their images in the ball.
-  std::array<Vec3, 4> image;
+// Ball positions R * direction are nearly linear in x, at the center too; directions alone are not. So the
+// direction is that of an interpolant of the images: with slopes at the nodes, the sum of
+// weight (image + slope (x - node) / 2) is exact for quadratic maps.
+template <bool WithJacobian>
+FoliationTable::Value FoliationTable::CellMap::evaluate(const Vec3& x, const Eigen::Vector4d& weights) const {
+  const double rho = table_.chart_.green().harmonicRadius();
+  const Potential potential = this->potential(x, weights);
   Vec3 ball = Vec3::Zero();
+  Mat3 slope = linearSlope_;
   for (int k = 0; k < 4; ++k) {
-    const std::uint32_t id = node[k];
-    image[k] = id < nodeDirections_.size() ? Vec3(f.levels[id / f.vertexCount] * nodeDirections_[id])
-                                           : Vec3(Vec3::Zero());
-    ball += location.weights[k] * image[k];
+    const Vec3 addend = excess_[k] * (x - corner_[k]);
+    ball += weights[k] * (image_[k] + addend);
+    if constexpr (WithJacobian) slope += addend * weightGradient_[k].transpose() + weights[k] * excess_[k];
   }
   const double length = ball.norm();
   Value value;
   value.green = potential.green;
-  value.ballRadius = x.squaredNorm() > 0 ? std::min(1.0, 1 / (1 + rho * potential.green)) : 0;
-  value.direction = length > 0 ? Vec3(ball / length) : Vec3(Vec3::UnitX());
-  if (!withJacobian) return value;
+  const double ofGreen = x.squaredNorm() > 0 ? std::min(1.0, 1 / (1 + rho * potential.green)) : 0;
+  value.ballRadius = ofGreen;
+  if (length > 0) value.direction = ball / length;
 
-  Mat3 slope = Mat3::Zero();  // of the linear image
-  for (int k = 0; k < 4; ++k) {
-    const Vec3 weightGradient =
-        k > 0 ? Vec3(weightGradients.row(k - 1)) : Vec3(-weightGradients.colwise().sum());
-    slope += image[k] * weightGradient.transpose();
+  // Around linear nodes the field and the table disagree; the table is one to one. Around nodes that were
+  // not the two agree, so one can pass into the other.
+  double tableShare = 0;
+  Vec3 linearImage = Vec3::Zero(), slopeOfShare = Vec3::Zero();
+  if (anyLinear_) {
+    for (int k = 0; k < 4; ++k) {
+      linearImage += weights[k] * image_[k];
+      if (!isLinear_[k]) continue;
+      tableShare += weights[k];
+      slopeOfShare += weightGradient_[k];
+    }
+    tableShare = std::clamp(tableShare, 0.0, 1.0);
+    value.ballRadius = (1 - tableShare) * ofGreen + tableShare * linearImage.norm();
   }
-  const Vec3 gradientOfR = -rho * value.ballRadius * value.ballRadius * potential.gradient;
-  const Vec3& u = value.direction;
-  value.jacobian = u * gradientOfR.transpose() +
-                   value.ballRadius / length * (Mat3::Identity() - u * u.transpose()) * slope;
+  if constexpr (WithJacobian) {
+    const Vec3& u = value.direction;
+    Vec3 gradientOfR = -(1 - tableShare) * rho * ofGreen * ofGreen * potential.gradient;
+    if (tableShare > 0) {
+      const double linearLength = linearImage.norm();
+      gradientOfR += tableShare / linearLength * (linearSlope_.transpose() * linearImage) +
+                     (linearLength - ofGreen) * slopeOfShare;
+    }
+    value.jacobian = u * gradientOfR.transpose() +
+                     value.ballRadius / length * (Mat3::Identity() - u * u.transpose()) * slope;
+  }
   return value;
+}
+
+std::optional<FoliationTable::Location> FoliationTable::locate(const Vec3& x, std::size_t hint,
+                                                               double slack) const {
+  Location trial;
+  std::optional<Location> best;
+  double bestInside = -slack;
+  const auto look = [&](std::size_t id) {
+    const CellMap cell(*this, id);
+    if (!cell.positive()) return false;
+    trial.cell = id;
+    trial.weights = cell.weigh(x);
+    const double inside = trial.weights.minCoeff();
+    if (inside < bestInside) return false;
+    bestInside = inside;
+    best = trial;
+    return inside >= 0;
+  };
+  const Foliation& f = chart_.foliation();
+  if (hint < f.cellCount() && look(hint)) return best;
+  tree_.visitWithin(x, 1e-24, [&](std::size_t item) { return visitCells(f, item, look); });
+  return best;
+}
+
+std::optional<Vec3> FoliationTable::linearInverse(const Vec3& y) const {
+  std::call_once(imageTree_->once, [&] {
+    // A thread that waits for the build must not begin another call of this in the meantime.
+    tbb::this_task_arena::isolate([&] { imageTree_->tree = treeOver(images_.ball); });
+  });
+  const Foliation& f = chart_.foliation();
+  std::optional<Vec3> best;
+  double bestInside = -1e-6;
+  imageTree_->tree.visitWithin(y, 1e-18, [&](std::size_t item) {
+    return visitCells(f, item, [&](std::size_t id) {
+      const auto node = f.cell(id);
+      Mat3 edges;
+      for (int k = 0; k < 3; ++k) edges.col(k) = images_.ball[node[k + 1]] - images_.ball[node[0]];
+      const Vec3 w = edges.fullPivLu().solve(y - images_.ball[node[0]]);
+      const double inside = std::min(w.minCoeff(), 1 - w.sum());
+      if (!(inside > bestInside)) return false;
+      bestInside = inside;
+      best = (1 - w.sum()) * f.nodes[node[0]] + w[0] * f.nodes[node[1]] + w[1] * f.nodes[node[2]] +
+             w[2] * f.nodes[node[3]];
+      return inside >= 0;
+    });
+  });
+  return best;
+}
+
+FoliationTable::Value FoliationTable::evaluate(const Vec3& x, const Location& location,
+                                               bool withJacobian) const {
+  CellMap cell(*this, location.cell);
+  cell.prepare();
+  return withJacobian ? cell.evaluate<true>(x, location.weights) : cell.evaluate<false>(x, location.weights);
+}
+
+void FoliationTable::evaluateNear(std::span<const Vec3> points, std::span<Value> values,
+                                  std::span<char> found) const {
+  std::fill(found.begin(), found.end(), 0);
+  Bounds all;
+  std::vector<Bounds> groups((points.size() + kGroup - 1) / kGroup);
+  std::vector<std::size_t> open(groups.size());  // points that no cell was found for yet
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    groups[i / kGroup].include(points[i]);
+    ++open[i / kGroup];
+  }
+  for (const Bounds& group : groups) all.include(group);
+
+  std::vector<std::size_t> items;
+  const std::size_t most = kMostPrisms * points.size() + 1000;
+  tree_.visitOverlapping(all, [&](std::size_t item) {
+    items.push_back(item);
+    return items.size() > most;
+  });
+  if (items.size() > most) return;
+
+  const Foliation& f = chart_.foliation();
+  for (const std::size_t item : items) {
+    visitCells(f, item, [&](std::size_t id) {
+      Bounds box;
+      for (const std::uint32_t node : f.cell(id)) box.include(f.nodes[node]);
+      std::optional<CellMap> cell;
+      for (std::size_t g = 0; g < groups.size(); ++g) {
+        if (open[g] == 0 || !groups[g].overlaps(box)) continue;
+        if (!cell) cell.emplace(*this, id);
+        if (!cell->positive()) return false;
+        const std::size_t end = std::min(points.size(), (g + 1) * kGroup);
+        for (std::size_t i = g * kGroup; i < end; ++i) {
+          if (found[i] || !box.contains(points[i])) continue;
+          const Eigen::Vector4d weights = cell->weigh(points[i]);
+          if (weights.minCoeff() < 0) continue;
+          if (!cell->prepared()) cell->prepare();
+          values[i] = cell->evaluate<false>(points[i], weights);
+          found[i] = 1;
+          --open[g];
+        }
+      }
+      return false;
+    });
+  }
 }
 
 }  // namespace polestar::detail

@@ -1,19 +1,22 @@
 #pragma once
 // Finding the cell of a point, and what the table says there.
 
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 
 #include "polestar/chart/green_chart.h"
 #include "polestar/core/detail/aabb_tree.h"
+#include "polestar/map/ball_map.h"
+#include "polestar/map/detail/image_slopes.h"
 
 namespace polestar::detail {
 
 /// Inner frame throughout.
 class FoliationTable {
  public:
-  /// `nodeDirections`: one a node but the center.
-  FoliationTable(GreenChart chart, std::vector<Vec3> nodeDirections);
+  FoliationTable(GreenChart chart, NodeImages images);
 
   struct Location {
     std::size_t cell = 0;
@@ -25,27 +28,47 @@ class FoliationTable {
   std::optional<Location> locate(const Vec3& x, std::size_t hint, double slack = 1e-9) const;
 
   struct Value {
-    double green;       ///< 1/|x| + interpolated h; 0 on the surface and positive inside
-    double ballRadius;  ///< in [0, 1], 1 on the surface alone
-    Vec3 direction;     ///< unit
-    Mat3 jacobian;      ///< of ballRadius * direction; only when asked for
+    double green = 0;                ///< 1/|x| + interpolated h; 0 on the surface and positive inside
+    double ballRadius = 0;           ///< in [0, 1], 1 on the surface alone
+    Vec3 direction = Vec3::UnitX();  ///< unit
+    Mat3 jacobian = Mat3::Zero();    ///< of ballRadius * direction; only when asked for
   };
   Value evaluate(const Vec3& x, const Location& location, bool withJacobian) const;
 
-  std::span<const Vec3> nodeDirections() const { return nodeDirections_; }
+  /// Values at points near each other, as the voxels of a leaf are: cells are found once for all of them.
+  /// Sets found[i] to 1 and values[i] where a cell holds point i, else found[i] to 0. Points that are not
+  /// near each other make it give up early and find none.
+  void evaluateNear(std::span<const Vec3> points, std::span<Value> values, std::span<char> found) const;
+
+  /// Where the piecewise linear map from the cells to their images takes y from; nothing outside all images.
+  /// The first call builds a tree over them.
+  std::optional<Vec3> linearInverse(const Vec3& y) const;
+
+  const NodeImages& images() const { return images_; }
 
  private:
+  class CellMap;
   struct Potential {
     double green;
     Vec3 gradient;
   };
-  Potential potential(const Vec3& x, const Location& location, const Mat3& weightGradients) const;
-  bool weigh(const Vec3& x, std::size_t cell, Eigen::Vector4d& weights) const;
+
+  struct ImageTree {
+    std::once_flag once;
+    AabbTree tree;
+  };
+
+  AabbTree treeOver(std::span<const Vec3> positions) const;
+  void markLinear();
+  void limitSlopes();
 
   GreenChart chart_;
-  std::vector<Vec3> nodeDirections_;
-  std::vector<double> nodeGreen_;  ///< G at every node but the center; 0 on the surface
-  AabbTree tree_;
+  NodeImages images_;
+  ImageSlopes slopes_;
+  std::vector<char> linear_;       ///< corners of cells with linear nodes
+  std::vector<double> nodeGreen_;  ///< G at every node, 0 on the surface; the center's is not used
+  AabbTree tree_;                  ///< over prisms, then over the cells at the center
+  std::unique_ptr<ImageTree> imageTree_ = std::make_unique<ImageTree>();  ///< the same of their images
 };
 
 }  // namespace polestar::detail

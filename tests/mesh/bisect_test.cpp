@@ -1,4 +1,4 @@
-#include "polestar/green/detail/bisect.h"
+#include "polestar/mesh/bisect.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include "polestar/mesh/closed_surface.h"
 #include "polestar/mesh/shapes.h"
 
-namespace polestar::detail {
+namespace polestar {
 namespace {
 
 double smallestAngle(const TriMesh& mesh) {
@@ -79,4 +79,4 @@ TEST(BisectLongestEdges, DoesNotDependOnTheOrderOfVertices) {
 }
 
 }  // namespace
-}  // namespace polestar::detail
+}  // namespace polestar

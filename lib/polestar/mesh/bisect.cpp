@@ -1,10 +1,10 @@
-#include "polestar/green/detail/bisect.h"
+#include "polestar/mesh/bisect.h"
 
 #include <algorithm>
 
 #include "polestar/core/detail/edge_table.h"
 
-namespace polestar::detail {
+namespace polestar {
 namespace {
 
 // The edges of a triangle that count as its longest. Symmetric meshes are full of ties; neither rounding nor
@@ -57,7 +57,7 @@ void cutTriangle(const Triangle& corner, const std::array<bool, 3>& longest,
 
 Refinement bisectLongestEdges(const TriMesh& mesh, const std::vector<char>& marked) {
   const std::size_t count = mesh.triangles.size();
-  const EdgeTable edges(mesh.triangles, mesh.vertices.size());
+  const detail::EdgeTable edges(mesh.triangles, mesh.vertices.size());
   std::vector<std::array<bool, 3>> longest(count);
   for (std::size_t t = 0; t < count; ++t) longest[t] = longestEdges(mesh, mesh.triangles[t]);
 
@@ -98,4 +98,4 @@ Refinement bisectLongestEdges(const TriMesh& mesh, const std::vector<char>& mark
   return result;
 }
 
-}  // namespace polestar::detail
+}  // namespace polestar

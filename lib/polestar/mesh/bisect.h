@@ -1,11 +1,12 @@
 #pragma once
-// Refinement of the layer's mesh: triangles are cut where the boundary error sits, and stay in their planes.
+// Local refinement that stays in the triangles' planes: of the layer's mesh where the boundary error sits, of
+// a surface whose triangles are too wide for the map's table.
 
 #include <vector>
 
 #include "polestar/mesh/tri_mesh.h"
 
-namespace polestar::detail {
+namespace polestar {
 
 /// A refined mesh. Its first vertices are those of the coarse one; each new vertex is the midpoint of
 /// `parents`.
@@ -21,4 +22,4 @@ struct Refinement {
 /// depend on the order of vertices and triangles. O(n). [Rivara 1984]
 Refinement bisectLongestEdges(const TriMesh& mesh, const std::vector<char>& marked);
 
-}  // namespace polestar::detail
+}  // namespace polestar
