@@ -11,5 +11,6 @@ int main(int argc, char** argv) {
   commands.push_back(makeEvalCommand());
   commands.push_back(makeInfoCommand());
   commands.push_back(makeRenderCommand());
+  commands.push_back(makeWarpCommand());
   return runCommandLine(commands, argc, argv);
 }

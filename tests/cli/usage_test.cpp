@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 const std::vector<std::string>& commands() {
-  static const std::vector<std::string> names{"check", "map", "eval", "info", "render"};
+  static const std::vector<std::string> names{"check", "map", "eval", "info", "render", "warp"};
   return names;
 }
 
@@ -90,6 +90,16 @@ TEST(Usage, MistakesAreNamedAndEndWith2) {
   expectUsageError({"render", "a.pmap", "-o", "a.png", "--cut", "x,2"}, "");
   expectUsageError({"render", "a.pmap", "-o", "a.png", "--size", "1280"}, "\"1280\"");
   expectUsageError({"render", "a.pmap", "-o", "a.png", "--size", "0x10"}, "");
+  expectUsageError({"warp", "a.vtk"}, "MAP is required");
+  expectUsageError({"warp", "a.xls", "a.pmap", "-o", "b.vtk"}, "a.xls");
+  expectUsageError({"warp", "a.vtk", "a.pmap"}, "-o FILE is missing");
+  expectUsageError({"warp", "a.vtk", "a.pmap", "-o", "b.obj"}, "does not end in .vtk");
+  expectUsageError({"warp", "a.vtk", "a.pmap", "-o", "-"}, "does not end in .vtk");
+  expectUsageError({"warp", "a.obj", "a.pmap", "-o", "b.vtk"}, "does not end in .obj");
+  expectUsageError({"warp", "a.obj", "a.pmap", "-o", "b.ply", "--dim", "64"}, "for grids");
+  expectUsageError({"warp", "a.vdb", "a.pmap", "-o", "b.vdb", "--dim", "64", "--voxel", "1"}, "--voxel");
+  expectUsageError({"warp", "a.obj", "a.pmap", "-o", "b.ply", "--snap", "-1"}, "--snap");
+  expectUsageError({"warp", "a.obj", "a.pmap", "-o", "b.ply", "--rotate", "1,2"}, "--rotate");
 }
 
 TEST(Usage, MistakesAreJsonToo) {
@@ -121,7 +131,8 @@ class Outputs : public ::testing::Test {
             {{"info", mesh_}, ".json"},
             {{"eval", mesh_, "--points", points_}, ".json"},
             {{"map", mesh_}, ".vdb"},
-            {{"render", mesh_}, ".png"}};
+            {{"render", mesh_}, ".png"},
+            {{"warp", mesh_, mesh_}, ".ply"}};
   }
 
   void expectRefused(OutputCase writer, const std::string& output, const std::string& what) {

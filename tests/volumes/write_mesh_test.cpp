@@ -47,11 +47,11 @@ TEST_P(WriteMesh, SaysWhyItCannot) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Formats, WriteMesh, ::testing::Values(".obj", ".ply"),
+INSTANTIATE_TEST_SUITE_P(Formats, WriteMesh, ::testing::Values(".obj", ".ply", ".off"),
                          [](const auto& test) { return std::string(test.param + 1); });
 
 TEST(WriteMeshName, MustEndInAKnownFormat) {
-  for (const char* name : {"a.stl", "a", "a.obj.txt"}) {
+  for (const char* name : {"a.stp", "a", "a.obj.txt"}) {
     try {
       writeMesh(fs::path(::testing::TempDir()) / name, icosphere(0));
       FAIL() << name;

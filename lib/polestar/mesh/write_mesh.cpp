@@ -1,41 +1,18 @@
 #include "polestar/mesh/write_mesh.h"
 
-#include <algorithm>
 #include <bit>
-#include <cctype>
-#include <charconv>
-#include <cstring>
-#include <fstream>
-#include <sstream>
+#include <cstdint>
+#include <limits>
 
-#include "polestar/core/atomic_file.h"
 #include "polestar/core/error.h"
+#include "polestar/mesh/detail/mesh_bytes_out.h"
 
 namespace polestar {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "binary PLY is written in native byte order");
-
-template <class Number>
-void appendText(std::string& out, Number value) {
-  char buffer[32];
-  const auto result = std::to_chars(buffer, buffer + sizeof buffer, value);
-  out.append(buffer, result.ptr);
-}
-
-template <class Value>
-void appendBytes(std::string& out, const Value& value) {
-  char bytes[sizeof value];
-  std::memcpy(bytes, &value, sizeof value);
-  out.append(bytes, sizeof value);
-}
-
-std::string commentLines(const std::string& comment, const std::string& prefix) {
-  std::string out;
-  std::istringstream lines(comment);
-  for (std::string line; std::getline(lines, line);) out += prefix + line + "\n";
-  return out;
-}
+using detail::appendBytes;
+using detail::appendText;
+using detail::commentLines;
 
 std::string objBytes(const TriMesh& mesh, const std::string& comment) {
   std::string out = commentLines(comment, "# ");
@@ -75,22 +52,70 @@ std::string plyBytes(const TriMesh& mesh, const std::string& comment) {
   return out;
 }
 
+// Without a comment: TetGen, for one, stumbles over them.
+std::string offBytes(const TriMesh& mesh) {
+  std::string out = "OFF\n";
+  appendText(out, mesh.vertices.size());
+  out += ' ';
+  appendText(out, mesh.triangles.size());
+  out += " 0\n";
+  for (const Vec3& v : mesh.vertices) {
+    for (int k = 0; k < 3; ++k) {
+      if (k > 0) out += ' ';
+      appendText(out, v[k]);
+    }
+    out += '\n';
+  }
+  for (const Triangle& t : mesh.triangles) {
+    out += '3';
+    for (const std::int32_t index : t) {
+      out += ' ';
+      appendText(out, index);
+    }
+    out += '\n';
+  }
+  return out;
+}
+
+std::string stlBytes(const TriMesh& mesh, const std::string& comment) {
+  // A header that begins with "solid" makes some programs take the file for text.
+  std::string out = comment.substr(0, comment.find('\n')).substr(0, 80);
+  if (out.starts_with("solid")) out[0] = 'S';
+  out.resize(80, ' ');
+  appendBytes(out, static_cast<std::uint32_t>(mesh.triangles.size()));
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vec3 normal = areaVector(mesh, t).normalized();
+    for (int k = 0; k < 3; ++k) appendBytes(out, static_cast<float>(normal[k]));
+    for (int corner = 0; corner < 3; ++corner) {
+      for (int k = 0; k < 3; ++k) appendBytes(out, static_cast<float>(mesh.corner(t, corner)[k]));
+    }
+    appendBytes(out, std::uint16_t{0});
+  }
+  return out;
+}
+
+std::string bytesFor(const std::string& extension, const TriMesh& mesh, const std::string& comment) {
+  if (extension == ".obj") return objBytes(mesh, comment);
+  if (extension == ".ply") return plyBytes(mesh, comment);
+  if (extension == ".off") return offBytes(mesh);
+  return stlBytes(mesh, comment);
+}
+
 }  // namespace
 
+bool isMeshOutputName(const std::filesystem::path& path) {
+  const std::string extension = detail::lowerExtension(path);
+  return extension == ".obj" || extension == ".ply" || extension == ".off" || extension == ".stl";
+}
+
 void writeMesh(const std::filesystem::path& path, const TriMesh& mesh, const std::string& comment) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (extension != ".obj" && extension != ".ply") {
-    throw Error(Errc::usage, "cannot write " + path.string() + ": meshes are written as .obj or .ply");
+  if (!isMeshOutputName(path)) {
+    throw Error(Errc::usage,
+                "cannot write " + path.string() + ": meshes are written as .obj, .ply, .off or .stl");
   }
-  const std::string bytes = extension == ".obj" ? objBytes(mesh, comment) : plyBytes(mesh, comment);
-  writeAtomically(path, [&](const std::filesystem::path& temporary) {
-    std::ofstream out(temporary, std::ios::binary);
-    out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    out.close();
-    if (!out) throw Error(Errc::io, "cannot write " + path.string() + ": the disk may be full");
-  });
+  if (mesh.triangles.size() > std::numeric_limits<std::uint32_t>::max())
+    throw Error(Errc::usage, "cannot write " + path.string() + ": too many triangles");
+  detail::writeWhole(path, bytesFor(detail::lowerExtension(path), mesh, comment));
 }
 
 }  // namespace polestar

@@ -1,13 +1,7 @@
-// readGridInfo: what a .vdb holds, of ours or of others, with truncated files caught before OpenVDB reads
-// their trees.
-
-#include <openvdb/io/Stream.h>
-
-#include <fstream>
+// readGridInfo: what a .vdb holds, of ours or of others.
 
 #include "polestar/core/error.h"
-#include "polestar/vdb/detail/vdb_archive.h"
-#include "polestar/vdb/detail/vdb_structure.h"
+#include "polestar/vdb/detail/vdb_file.h"
 #include "polestar/vdb/solid_grids.h"
 
 namespace polestar {
@@ -37,32 +31,14 @@ GridInfo describe(const openvdb::GridBase& grid) {
 }  // namespace
 
 std::vector<GridInfo> readGridInfo(const std::filesystem::path& path) {
-  detail::initializeOpenVdb();
-  const std::string prefix = "cannot read " + path.string() + ": ";
-  std::error_code failure;
-  if (!std::filesystem::is_regular_file(path, failure)) {
-    throw Error(Errc::io, prefix + (failure ? failure.message() : "not a regular file"));
-  }
+  const openvdb::GridPtrVec grids = detail::readVdb(path);
+  std::vector<GridInfo> infos;
   try {
-    std::ifstream stream(path, std::ios::binary);
-    if (!stream) throw Error(Errc::io, std::generic_category().message(errno));
-    detail::checkVdbStructure(stream, static_cast<std::int64_t>(std::filesystem::file_size(path)));
-    stream.seekg(0);
-    stream.exceptions(std::ios::failbit | std::ios::badbit);
-
-    openvdb::io::Stream reader(stream, /*delayLoad=*/false);
-    std::vector<GridInfo> infos;
-    const openvdb::GridPtrVecPtr grids = reader.getGrids();
-    for (const openvdb::GridBase::Ptr& grid : *grids) infos.push_back(describe(*grid));
-    return infos;
-  } catch (const Error& error) {
-    throw Error(Errc::io, prefix + error.what());
-  } catch (const std::ios_base::failure&) {
-    throw Error(Errc::io, prefix + "the file ends too early; write it again");
-  } catch (const std::exception& error) {
-    // OpenVDB names its exception class in front of the reason.
-    throw Error(Errc::io, prefix + error.what());
+    for (const openvdb::GridBase::Ptr& grid : grids) infos.push_back(describe(*grid));
+  } catch (const openvdb::Exception& error) {
+    throw Error(Errc::io, "cannot read " + path.string() + ": " + error.what());
   }
+  return infos;
 }
 
 }  // namespace polestar

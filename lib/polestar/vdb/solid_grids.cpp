@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iostream>
 #include <map>
 #include <sstream>
 #include <tuple>
@@ -14,12 +12,13 @@
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Prune.h>
 
-#include "polestar/core/atomic_file.h"
 #include "polestar/core/detail/parallel.h"
 #include "polestar/core/error.h"
 #include "polestar/core/version.h"
+#include "polestar/vdb/detail/grid_parts.h"
 #include "polestar/vdb/detail/mesh_to_level_set.h"
 #include "polestar/vdb/detail/vdb_archive.h"
+#include "polestar/vdb/detail/vdb_file.h"
 
 namespace polestar {
 namespace {
@@ -89,21 +88,6 @@ Value zeroOf() {
 openvdb::Vec3s toOpenVdbValue(const Vec3f& value) { return openvdb::Vec3s(value.data()); }
 float toOpenVdbValue(float value) { return value; }
 
-// As if read from a file. OpenVDB's constructors refuse scales whose cube is below 3e-15, as if they were
-// zero, and round others on the way through a matrix; the map itself and the format work at any scale.
-openvdb::math::Transform::Ptr makeTransform(double scale, const Vec3& translation) {
-  using openvdb::Vec3d;
-  const Vec3d shift(translation.x(), translation.y(), translation.z()), forward(scale), inverse(1 / scale);
-  std::stringstream bytes;
-  openvdb::writeString(bytes, openvdb::math::UniformScaleTranslateMap::mapType());
-  for (const Vec3d& part : {shift, forward, forward, inverse, inverse * inverse, inverse / 2})
-    part.write(bytes);
-  openvdb::io::setCurrentVersion(bytes);
-  const auto transform = std::make_shared<openvdb::math::Transform>();
-  transform->read(bytes);
-  return transform;
-}
-
 // Mask of the voxels with surface < bound, leaves only.
 openvdb::MaskTree::Ptr voxelsBelow(const openvdb::FloatTree& surface, float bound) {
   auto mask = std::make_shared<openvdb::MaskTree>();
@@ -156,19 +140,6 @@ typename openvdb::Grid<Tree>::Ptr makeGrid(const std::string& name, typename Tre
   grid->setCreator(std::string("polestar ") + kVersion);
   grid->setSaveFloatAsHalf(false);
   return grid;
-}
-
-openvdb::Metadata::Ptr toOpenVdb(const Metadata& value) {
-  return std::visit(
-      [](const auto& v) -> openvdb::Metadata::Ptr {
-        using Value = std::decay_t<decltype(v)>;
-        if constexpr (std::is_same_v<Value, Vec3>) {
-          return std::make_shared<openvdb::Vec3DMetadata>(openvdb::Vec3d(v.x(), v.y(), v.z()));
-        } else {
-          return std::make_shared<openvdb::TypedMetadata<Value>>(v);
-        }
-      },
-      value);
 }
 
 }  // namespace
@@ -293,7 +264,7 @@ SolidGrids::SolidGrids(const TriMesh& mesh, const GridOptions& options, Context&
   impl_->options = options;
   impl_->options.halfWidth = std::max(options.halfWidth, options.padding);
   impl_->origin = boundingBox(mesh).min + Vec3::Constant(0.5 * h);
-  impl_->transform = makeTransform(h, impl_->origin);
+  impl_->transform = detail::makeUniformTransform(h, impl_->origin);
   if (h * h * h < 3e-15) {
     context.log(LogLevel::warning,
                 "voxels below 1.45e-5 mesh units: the file is right, but Blender aborts on it, as does what "
@@ -410,35 +381,11 @@ void SolidGrids::write(const std::filesystem::path& path) const {
     // Shares the tree, has metadata of its own. (copyGrid() would round the transform.)
     const auto copy =
         std::const_pointer_cast<openvdb::GridBase>(grid->copyGridReplacingTransform(impl_->transform));
-    for (const auto& [key, value] : impl_->metadata) copy->insertMeta(key, *toOpenVdb(value));
+    for (const auto& [key, value] : impl_->metadata) copy->insertMeta(key, *detail::toOpenVdb(value));
     detail::addFileMetadata(*copy);
     grids.push_back(copy);
   }
-  const auto cannotWrite = [&](const std::string& reason) {
-    return Error(Errc::io, "cannot write " + path.string() + ": " + reason);
-  };
-  const auto writeTo = [&](std::iostream& stream) {
-    try {
-      stream.exceptions(std::ios::failbit | std::ios::badbit);
-      detail::writeArchive(stream, grids);
-    } catch (const std::ios_base::failure&) {
-      throw cannotWrite("the disk is full or the device failed");
-    } catch (const openvdb::Exception& error) {
-      throw cannotWrite(error.what());
-    }
-  };
-  if (path == "-") {
-    std::stringstream stream;
-    writeTo(stream);
-    stream.seekg(0);
-    if (!(std::cout << stream.rdbuf() << std::flush)) throw cannotWrite("standard output was closed");
-    return;
-  }
-  writeAtomically(path, [&](const std::filesystem::path& temporary) {
-    std::fstream stream(temporary, std::ios::binary | std::ios::in | std::ios::out | std::ios::trunc);
-    if (!stream) throw cannotWrite(std::generic_category().message(errno));
-    writeTo(stream);
-  });
+  detail::writeVdb(path, grids);
 }
 
 }  // namespace polestar

@@ -27,6 +27,12 @@ struct MeshSource {
   }
 };
 
+/// The whole file. @throws Error{Errc::io}
+MeshSource loadMeshSource(const std::filesystem::path& path);
+
+/// Takes off a byte order mark. @throws Error{Errc::io} for a compressed file.
+void prepareMeshSource(MeshSource& source);
+
 /// A piece of the file between quotes, short and printable whatever it holds.
 inline std::string excerpt(std::string_view text) {
   constexpr std::size_t kLongest = 32;

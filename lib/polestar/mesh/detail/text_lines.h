@@ -41,6 +41,9 @@ class TextLines {
   std::int64_t integer(const Item& item, bool slash = false);
 
   std::size_t line() const { return line_; }
+  std::string_view rest() const { return {at_, static_cast<std::size_t>(lineEnd_ - at_)}; }  ///< of this line
+  /// Where the next line begins, in bytes: that of raw values behind this one.
+  std::size_t nextOffset() const { return static_cast<std::size_t>(next_ - source_->bytes.data()); }
   [[noreturn]] void fail(const std::string& what) const { source_->failAtLine(line_, what); }
 
  private:

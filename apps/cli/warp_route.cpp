@@ -1,0 +1,147 @@
+#include "cli/warp_route.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "cli/map_input.h"
+#include "cli/text.h"
+
+namespace polestar::cli {
+namespace {
+
+// Points between two looks at progress and Ctrl-C: well below a second of work.
+constexpr std::size_t kPortion = std::size_t{1} << 17, kTracedPortion = 2048;
+
+}  // namespace
+
+Route::End Route::load(const std::filesystem::path& path, Session& session) {
+  const BallMap table = loadMap(path, session);
+  std::shared_ptr<const VolumeMap> map;
+  if (choices_.exact) {
+    map = std::make_shared<TracedBallMap>(table);
+  } else {
+    map = std::make_shared<BallMap>(table);
+  }
+  const auto snapping = std::make_shared<SnappingMap>(table, map, choices_.snap);
+  maps_.push_back(snapping);
+  return {snapping, map, "the solid of " + path.string(),
+          boundingBox(table.chart().green().shape().surface().mesh())};
+}
+
+Route::Route(const RouteChoices& choices, Session& session) : choices_(choices) {
+  source_ = load(choices_.map, session);
+  chain_.thenForward(source_.solid);
+  strict_.thenForward(source_.strict);
+  if (choices_.rotate) {
+    chain_.thenRotate(rotationXyz(*choices_.rotate));
+    strict_.thenRotate(rotationXyz(*choices_.rotate));
+  }
+  if (choices_.to.empty()) {
+    target_ = {nullptr, nullptr, "the ball", {Vec3::Constant(-1), Vec3::Constant(1)}};
+  } else {
+    target_ = load(choices_.to, session);
+    chain_.thenInverse(target_.solid);
+    strict_.thenInverse(target_.strict);
+  }
+  if (choices_.inverse) {
+    chain_ = chain_.inverted();
+    strict_ = strict_.inverted();
+    std::swap(source_, target_);
+  }
+  reach_ = choices_.snap * source_.box.diagonal();
+}
+
+std::size_t Route::answeredByTable() const {
+  std::size_t count = 0;
+  for (const auto& map : maps_) count += map->answeredByTable();
+  return count;
+}
+
+MovedPoints Route::move(const std::vector<Vec3>& points, Session& session) const {
+  MovedPoints moved;
+  moved.points.resize(points.size());
+  const std::size_t portion = choices_.exact ? kTracedPortion : kPortion;
+  for (std::size_t begin = 0; begin < points.size(); begin += portion) {
+    session.context().throwIfCancelled();
+    session.context().progress("warping", static_cast<double>(begin) / static_cast<double>(points.size()));
+    const std::size_t count = std::min(portion, points.size() - begin);
+    strict_.forward(std::span(points).subspan(begin, count), std::span(moved.points).subspan(begin, count));
+    retry(points, begin, begin + count, moved);
+  }
+  session.context().throwIfCancelled();
+  session.context().progress("warping", 1);
+  return moved;
+}
+
+// Few points come here: those on the surface by all but rounding, and those that are somewhere else.
+void Route::retry(const std::vector<Vec3>& points, std::size_t begin, std::size_t end,
+                  MovedPoints& moved) const {
+  std::vector<std::size_t> open;
+  std::vector<Vec3> from;
+  for (std::size_t i = begin; i < end; ++i) {
+    if (moved.points[i].allFinite()) continue;
+    open.push_back(i);
+    from.push_back(points[i]);
+  }
+  if (open.empty()) return;
+  std::vector<Vec3> to(open.size());
+  std::vector<double> distance(open.size());
+  chain_.forward(from, to);
+  if (source_.solid) {
+    source_.solid->outsideSolid(from, distance);
+  } else {
+    SnappingMap::outsideBall(from, distance);
+  }
+  for (std::size_t k = 0; k < open.size(); ++k) {
+    moved.points[open[k]] = to[k];
+    if (to[k].allFinite()) {
+      moved.snapped += distance[k] > 0;
+      moved.farthestSnapped = std::max(moved.farthestSnapped, distance[k]);
+    } else if (distance[k] <= reach_) {
+      if (moved.unanswered++ == 0) moved.firstUnanswered = open[k];
+    } else {
+      if (moved.outside++ == 0) moved.firstOutside = open[k];
+      moved.farthestOutside = std::max(moved.farthestOutside, distance[k]);
+    }
+  }
+}
+
+void Route::describe(Json& json) const {
+  json["from"] = fromBall() ? "ball" : "solid";
+  json["to"] = toBall() ? "ball" : "solid";
+  json["exact"] = choices_.exact;
+  json["snap"] = {{"relative", choices_.snap}, {"length", reach_}};
+}
+
+Json describeMoved(const MovedPoints& moved, const std::vector<Vec3>& points) {
+  Json json = {{"count", points.size()},
+               {"snapped", moved.snapped},
+               {"snapped_farthest", moved.farthestSnapped},
+               {"outside", moved.outside},
+               {"outside_farthest", moved.farthestOutside},
+               {"outside_first", nullptr},
+               {"unanswered", moved.unanswered},
+               {"unanswered_first", nullptr}};
+  const auto place = [&](std::size_t i) { return Json{{"id", i}, {"point", toJson(points[i])}}; };
+  if (moved.outside > 0) json["outside_first"] = place(moved.firstOutside);
+  if (moved.unanswered > 0) json["unanswered_first"] = place(moved.firstUnanswered);
+  return json;
+}
+
+std::string missingPoints(const MovedPoints& moved, const std::vector<Vec3>& points, const Route& route,
+                          const std::string& what) {
+  const auto first = [&](std::size_t i) {
+    return "the first is number " + std::to_string(i) + ", counted from 0, at " + shortPoint(points[i]);
+  };
+  const std::string share = " of " + grouped(points.size()) + " " + what;
+  if (moved.outside == 0) {
+    return grouped(moved.unanswered) + share + " lie inside " + route.sourceName() +
+           ", but the map has no answer there; " + first(moved.firstUnanswered) +
+           ". A map of a finer mesh may have one, or --exact";
+  }
+  return grouped(moved.outside) + share + " lie outside " + route.sourceName() + ", up to " +
+         shortNumber(moved.farthestOutside) + " away; " + first(moved.firstOutside);
+}
+
+}  // namespace polestar::cli

@@ -1,0 +1,70 @@
+#include "polestar/vdb/detail/vdb_file.h"
+
+#include <openvdb/io/Stream.h>
+
+#include <fstream>
+#include <iostream>
+#include <sstream>
+
+#include "polestar/core/atomic_file.h"
+#include "polestar/core/error.h"
+#include "polestar/vdb/detail/vdb_archive.h"
+#include "polestar/vdb/detail/vdb_structure.h"
+
+namespace polestar::detail {
+
+openvdb::GridPtrVec readVdb(const std::filesystem::path& path) {
+  initializeOpenVdb();
+  const std::string prefix = "cannot read " + path.string() + ": ";
+  std::error_code failure;
+  if (!std::filesystem::is_regular_file(path, failure)) {
+    throw Error(Errc::io, prefix + (failure ? failure.message() : "not a regular file"));
+  }
+  try {
+    std::ifstream stream(path, std::ios::binary);
+    if (!stream) throw Error(Errc::io, std::generic_category().message(errno));
+    checkVdbStructure(stream, static_cast<std::int64_t>(std::filesystem::file_size(path)));
+    stream.seekg(0);
+    stream.exceptions(std::ios::failbit | std::ios::badbit);
+
+    openvdb::io::Stream reader(stream, /*delayLoad=*/false);
+    return *reader.getGrids();
+  } catch (const Error& error) {
+    throw Error(Errc::io, prefix + error.what());
+  } catch (const std::ios_base::failure&) {
+    throw Error(Errc::io, prefix + "the file ends too early; write it again");
+  } catch (const std::exception& error) {
+    // OpenVDB names its exception class in front of the reason.
+    throw Error(Errc::io, prefix + error.what());
+  }
+}
+
+void writeVdb(const std::filesystem::path& path, const openvdb::GridCPtrVec& grids) {
+  const auto cannotWrite = [&](const std::string& reason) {
+    return Error(Errc::io, "cannot write " + path.string() + ": " + reason);
+  };
+  const auto writeTo = [&](std::iostream& stream) {
+    try {
+      stream.exceptions(std::ios::failbit | std::ios::badbit);
+      writeArchive(stream, grids);
+    } catch (const std::ios_base::failure&) {
+      throw cannotWrite("the disk is full or the device failed");
+    } catch (const openvdb::Exception& error) {
+      throw cannotWrite(error.what());
+    }
+  };
+  if (path == "-") {
+    std::stringstream stream;
+    writeTo(stream);
+    stream.seekg(0);
+    if (!(std::cout << stream.rdbuf() << std::flush)) throw cannotWrite("standard output was closed");
+    return;
+  }
+  writeAtomically(path, [&](const std::filesystem::path& temporary) {
+    std::fstream stream(temporary, std::ios::binary | std::ios::in | std::ios::out | std::ios::trunc);
+    if (!stream) throw cannotWrite(std::generic_category().message(errno));
+    writeTo(stream);
+  });
+}
+
+}  // namespace polestar::detail
