@@ -12,5 +12,6 @@ std::unique_ptr<Command> makeMapCommand();
 std::unique_ptr<Command> makeEvalCommand();
 std::unique_ptr<Command> makeInfoCommand();
 std::unique_ptr<Command> makeRenderCommand();
+std::unique_ptr<Command> makeVerifyCommand();
 
 }  // namespace polestar::cli

@@ -17,7 +17,7 @@ namespace {
 using nlohmann::json;
 
 constexpr char kMagic[8] = {'P', 'O', 'L', 'E', 'S', 'T', 'A', 'R'};
-constexpr std::uint32_t kFormat = 1;
+constexpr std::uint32_t kFormat = 2;
 constexpr std::size_t kPreamble = sizeof kMagic + 2 * sizeof(std::uint32_t), kAlignment = 64;
 
 std::size_t aligned(std::size_t size) { return (size + kAlignment - 1) / kAlignment * kAlignment; }
@@ -374,6 +374,12 @@ std::string writeMapFile(const std::filesystem::path& path, const BallMap& map,
   arrays.add("triangles", std::span(mesh.triangles), 3);
   addSources(arrays, chart.green().sources());
   arrays.add("nodes_inner", std::span(chart.foliation().nodes), 3);
+  const Foliation& f = chart.foliation();
+  std::vector<Vec3> ball(f.nodes.size(), Vec3::Zero());
+  for (std::size_t id = 0; id < f.centerNode(); ++id) {
+    ball[id] = f.levels[id / f.vertexCount] * map.nodeDirections()[id];
+  }
+  arrays.add("ball", std::span<const Vec3>(ball), 3);
   arrays.add("harmonic", chart.harmonic(), 1);
   arrays.add("harmonic_gradient", chart.harmonicGradient(), 3);
   arrays.add("omega", chart.directions(), 3);

@@ -1,0 +1,50 @@
+#pragma once
+// What Green's function has to do with `rest`, measured at voxels: by finite differences, quantiles over many
+// places, and identities that hold point by point.
+
+#include "voxel_solid.h"
+
+namespace polestar::verify {
+
+struct PoleFit {
+  bool inside = false;      ///< the center is among eight inside voxels
+  double restOffset = 0;    ///< how far rest's zero lies from the center, voxels: |rest(center)| / mean slope
+  double ratio = 0;         ///< rho by h = G - 1/r around the center, over the rho of the file
+  std::size_t fitted = 0;   ///< voxels that h was fitted to
+};
+/// `rest` interpolated at the center; h at the center by a linear least squares fit over a few voxels around.
+PoleFit fitPole(const VoxelSolid& solid);
+
+struct BoundaryFit {
+  std::size_t lines = 0;
+  double low = 0, median = 0, high = 0;  ///< |rest| continued to the surface: deciles 1, 5 and 9
+};
+/// |rest| at two neighbours at different depths, continued linearly to where `surface` is 0.
+BoundaryFit fitBoundary(const VoxelSolid& solid);
+
+struct RadiusFit {
+  std::size_t voxels = 0;
+  double worst = 0;  ///< of | |rest| - 1/(1 + rho G) |, or for other radii of how far |rest| falls as G falls
+  std::size_t at = 0;
+};
+/// Voxels where G is cut at the pole only need to be near it.
+RadiusFit fitRadius(const VoxelSolid& solid);
+
+struct HarmonicFit {
+  std::size_t places = 0;
+  double median = 0, most = 0;  ///< the latter exceeded at 2 % of the places
+};
+/// rho |mean of h over 26 points around - h|, with weights for which harmonic polynomials of degree below 8
+/// cancel, on stencils as large as a third of the depth: interpolation in the map's table is no C^1 function,
+/// and second differences over single voxels would see its kinks.
+HarmonicFit fitHarmonic(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth);
+
+struct LineFit {
+  std::size_t places = 0;
+  double median = 0, most = 0;    ///< angle in degrees between iso-curves of rest/|rest| and grad G; median, 90 %
+  double straight = 0;            ///< median angle between straight rays and grad G
+};
+/// Deeper than three voxels, outside the core and farther than four voxels from the pole; central differences.
+LineFit fitLines(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth);
+
+}  // namespace polestar::verify
