@@ -27,7 +27,9 @@ struct Answer {
 fs::path judge() {
   const fs::path path = fs::read_symlink("/proc/self/exe").parent_path() / "polestar-verify";
   if (access(path.c_str(), X_OK) != 0) {
-    throw Error(Errc::io, path.string() + " is not there: build the target polestar_verify, or install it beside polestar");
+    throw Error(
+        Errc::io,
+        path.string() + " is not there: build the target polestar_verify, or install it beside polestar");
   }
   return path;
 }
@@ -36,7 +38,8 @@ fs::path judge() {
 Answer collect(std::vector<std::string> words, Context& context) {
   std::array<std::array<int, 2>, 2> pipes{};
   for (auto& ends : pipes) {
-    if (pipe2(ends.data(), O_CLOEXEC) != 0) throw Error(Errc::io, "no pipe: " + std::generic_category().message(errno));
+    if (pipe2(ends.data(), O_CLOEXEC) != 0)
+      throw Error(Errc::io, "no pipe: " + std::generic_category().message(errno));
   }
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
@@ -64,7 +67,8 @@ Answer collect(std::vector<std::string> words, Context& context) {
     }
   }
   for (auto& ends : pipes) close(ends[0]);
-  if (failed) throw Error(Errc::io, "cannot start " + words[0] + ": " + std::generic_category().message(failed));
+  if (failed)
+    throw Error(Errc::io, "cannot start " + words[0] + ": " + std::generic_category().message(failed));
   while (waitpid(child, &answer.status, 0) < 0 && errno == EINTR) {
   }
   context.throwIfCancelled();

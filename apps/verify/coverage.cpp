@@ -50,8 +50,8 @@ class Targets {
         for (int k = first[2]; k <= last[2]; ++k) {
           const auto t = static_cast<std::size_t>((i * kLattice + j) * kLattice + k);
           const Vec3& y = positions_[t];
-          const bool inBox = y.x >= low.x && y.x <= high.x && y.y >= low.y && y.y <= high.y && y.z >= low.z &&
-                             y.z <= high.z;
+          const bool inBox =
+              y.x >= low.x && y.x <= high.x && y.y >= low.y && y.y <= high.y && y.z >= low.z && y.z <= high.z;
           if (inBox && isInBall(t)) visit(t);
         }
       }

@@ -20,7 +20,8 @@ class Integer {
     digits_.assign(shift / kBits, 0);
     const unsigned rest = shift % kBits;
     digits_.push_back(static_cast<std::uint32_t>(bits << rest));
-    for (bits >>= kBits - rest; bits != 0; bits >>= kBits) digits_.push_back(static_cast<std::uint32_t>(bits));
+    for (bits >>= kBits - rest; bits != 0; bits >>= kBits)
+      digits_.push_back(static_cast<std::uint32_t>(bits));
     trim();
   }
 

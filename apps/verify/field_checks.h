@@ -7,10 +7,10 @@
 namespace polestar::verify {
 
 struct PoleFit {
-  bool inside = false;      ///< the center is among eight inside voxels
-  double restOffset = 0;    ///< how far rest's zero lies from the center, voxels: |rest(center)| / mean slope
-  double ratio = 0;         ///< rho by h = G - 1/r around the center, over the rho of the file
-  std::size_t fitted = 0;   ///< voxels that h was fitted to
+  bool inside = false;     ///< the center is among eight inside voxels
+  double restOffset = 0;   ///< how far rest's zero lies from the center, voxels: |rest(center)| / mean slope
+  double ratio = 0;        ///< rho by h = G - 1/r around the center, over the rho of the file
+  std::size_t fitted = 0;  ///< voxels that h was fitted to
 };
 /// `rest` interpolated at the center; h at the center by a linear least squares fit over a few voxels around.
 PoleFit fitPole(const VoxelSolid& solid);
@@ -41,10 +41,12 @@ HarmonicFit fitHarmonic(const VoxelSolid& solid, const std::vector<std::uint16_t
 
 struct LineFit {
   std::size_t places = 0;
-  double median = 0, most = 0;    ///< angle in degrees between iso-curves of rest/|rest| and grad G; median, 90 %
-  double straight = 0;            ///< median angle between straight rays and grad G
+  double median = 0,
+         most = 0;      ///< angle in degrees between iso-curves of rest/|rest| and grad G; median, 90 %
+  double straight = 0;  ///< median angle between straight rays and grad G
 };
-/// Deeper than three voxels, outside the core and farther than four voxels from the pole; central differences.
+/// Deeper than three voxels, outside the core and farther than four voxels from the pole; central
+/// differences.
 LineFit fitLines(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth);
 
 }  // namespace polestar::verify

@@ -42,7 +42,9 @@ Count countIf(std::size_t count, IsBad&& isBad) {
         }
         return sum;
       },
-      [](const Count& a, const Count& b) { return Count{a.bad + b.bad, std::min(a.first, b.first)}; });
+      [](const Count& a, const Count& b) {
+        return Count{a.bad + b.bad, std::min(a.first, b.first)};
+      });
 }
 
 /// What keeps the triangles from being a closed, connected, oriented surface of genus 0 whose vertices are
@@ -109,7 +111,8 @@ std::string surfaceDefect(const PmapContents& map) {
   root = std::move(piece);
   std::size_t pieces = vertices;
   for (const Side& side : sides) {
-    const std::size_t a = find(static_cast<std::size_t>(side.from)), b = find(static_cast<std::size_t>(side.to));
+    const std::size_t a = find(static_cast<std::size_t>(side.from)),
+                      b = find(static_cast<std::size_t>(side.to));
     pieces -= a != b;
     root[a] = b;
   }
@@ -160,7 +163,8 @@ std::string firstCell(const PmapContents& map, const std::vector<Vec3>& nodes, c
   const bool inPrism = count.first < inPrisms;
   return "; the first is under triangle " +
          std::to_string(inPrism ? count.first / 3 % map.triangles.size() : count.first - inPrisms) +
-         (inPrism ? ", layer " + std::to_string(count.first / (3 * map.triangles.size())) : ", at the center") +
+         (inPrism ? ", layer " + std::to_string(count.first / (3 * map.triangles.size()))
+                  : ", at the center") +
          ", near " + place(0.25 * (nodes[node[0]] + nodes[node[1]] + nodes[node[2]] + nodes[node[3]]));
 }
 
@@ -201,8 +205,9 @@ void judgeLevels(const PmapContents& map, Report& report) {
     rising += !(high < previous);
     previous = low;
   }
-  report.atMost("ball_boundary", off, kRounding, false,
-                "images of the surface's vertices are off the unit sphere by " + shortNumber(off) + " at most");
+  report.atMost(
+      "ball_boundary", off, kRounding, false,
+      "images of the surface's vertices are off the unit sphere by " + shortNumber(off) + " at most");
   report.atMost("ball_levels", spread, kRounding, false,
                 "radii within a level differ by " + shortNumber(spread) + " at most, at level " +
                     std::to_string(spreadAt));

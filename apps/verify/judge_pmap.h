@@ -7,8 +7,8 @@
 // a cone of tetrahedra from level L to o. X places the nodes of K in space, B places them in the ball; both
 // are continued linearly over each tetrahedron. Suppose that
 //   (1) F is closed, connected, consistently oriented, each vertex a single fan, Euler number 2; under X each
-//       triangle a, b, c of level 0 has det(a, b, c) > 0; and the cones of these triangles cover some direction
-//       exactly once;
+//       triangle a, b, c of level 0 has det(a, b, c) > 0; and the cones of these triangles cover some
+//       direction exactly once;
 //   (2) every tetrahedron of K is positively oriented under X;
 //   (3) every tetrahedron of K is positively oriented under B;
 //   (4) (1) holds for level 0 under B, too.
@@ -38,8 +38,8 @@
 // covering numbers are what excludes that, and by Riemann and Hurwitz a surface of genus 0 can have another
 // one with every triangle positive.
 //
-// What is not judged: whether the solid is the one that the user means, and whether the map comes from Green's
-// function. The first is for eyes, the second for judge_vdb.h.
+// What is not judged: whether the solid is the one that the user means, and whether the map comes from
+// Green's function. The first is for eyes, the second for judge_vdb.h.
 
 #include "pmap_file.h"
 #include "report.h"

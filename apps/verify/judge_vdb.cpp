@@ -40,11 +40,13 @@ bool judgeValues(const VoxelSolid& solid, Report& report) {
   const bool metadata = isFinite(solid.center) && solid.harmonicRadius > 0 && solid.greenCap > 0 &&
                         std::isfinite(solid.harmonicRadius) && std::isfinite(solid.greenCap) &&
                         solid.coreRadius >= 0 && solid.coreRadius < 1;
-  report.atMost("finite", static_cast<double>(notFinite) + (metadata ? 0 : 1), 0, true,
-                notFinite > 0 ? std::to_string(notFinite) + " values are not finite" +
-                                    (first < solid.count() ? ", first at " + voxelText(solid, solid.placeOf(first)) : "")
-                : metadata    ? "all values are finite"
-                              : "metadata center, harmonic_radius, green_cap or core_radius are impossible");
+  report.atMost(
+      "finite", static_cast<double>(notFinite) + (metadata ? 0 : 1), 0, true,
+      notFinite > 0
+          ? std::to_string(notFinite) + " values are not finite" +
+                (first < solid.count() ? ", first at " + voxelText(solid, solid.placeOf(first)) : "")
+      : metadata ? "all values are finite"
+                 : "metadata center, harmonic_radius, green_cap or core_radius are impossible");
   return undefined == 0 && notFinite == 0 && metadata;
 }
 
@@ -73,9 +75,9 @@ void judgePole(const VoxelSolid& solid, Report& report) {
   }
   report.atMost("pole", pole.restOffset, 0.5, false,
                 "rest vanishes " + shortNumber(pole.restOffset) + " voxels from the center");
-  report.near("harmonic_radius", pole.ratio, 1, 0.03, false,
-              "the harmonic radius by G around the center is " + shortNumber(pole.ratio) +
-                  " times the file's");
+  report.near(
+      "harmonic_radius", pole.ratio, 1, 0.03, false,
+      "the harmonic radius by G around the center is " + shortNumber(pole.ratio) + " times the file's");
 }
 
 void judgeField(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth, Report& report) {
@@ -85,8 +87,7 @@ void judgeField(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth
                   shortNumber(boundary.low) + " to " + shortNumber(boundary.high) + " mostly");
   const RadiusFit radius = fitRadius(solid);
   report.atMost("radius", radius.worst, 1e-3, false,
-                (solid.radiusIsOfGreen ? "|rest| is off 1/(1 + rho G) by "
-                                       : "|rest| falls as G falls, by ") +
+                (solid.radiusIsOfGreen ? "|rest| is off 1/(1 + rho G) by " : "|rest| falls as G falls, by ") +
                     shortNumber(radius.worst) + " at most, at " + voxelText(solid, solid.placeOf(radius.at)));
   const HarmonicFit harmonic = fitHarmonic(solid, depth);
   report.atMost("harmonic", harmonic.most, 5e-3, false,
@@ -114,11 +115,13 @@ void judgeCover(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth
   const double judged = static_cast<double>(std::max<std::size_t>(cover.judged, 1));
   const double share = static_cast<double>(cover.uncovered + cover.repeated) / judged;
   report.atMost("coverage", cover.judged > 0 ? share : 1, 5e-3, false,
-                percent(static_cast<double>(cover.uncovered) / judged) + " of the ball below the boundary layer is not covered, " +
+                percent(static_cast<double>(cover.uncovered) / judged) +
+                    " of the ball below the boundary layer is not covered, " +
                     percent(static_cast<double>(cover.repeated) / judged) + " not once; that is " +
                     percent(judged / static_cast<double>(cover.targets)) + " of the ball" +
                     (share > 0 ? ", around " + placeText(cover.example) : ""));
-  report.facts.emplace_back("ball_covered", static_cast<double>(cover.touched) / static_cast<double>(cover.targets));
+  report.facts.emplace_back("ball_covered",
+                            static_cast<double>(cover.touched) / static_cast<double>(cover.targets));
 }
 
 void judgeOrientation(const VoxelSolid& solid, const CellSums& cells, Report& report) {

@@ -1,5 +1,5 @@
-// polestar-verify: judges files of `polestar map` without a line of polestar's code. A .pmap by the theorem of
-// judge_pmap.h, in exact arithmetic; a .vdb by judge_vdb.h, on its voxels.
+// polestar-verify: judges files of `polestar map` without a line of polestar's code. A .pmap by the theorem
+// of judge_pmap.h, in exact arithmetic; a .vdb by judge_vdb.h, on its voxels.
 
 #include <tbb/global_control.h>
 
@@ -33,7 +33,8 @@ constexpr const char* kHelp =
     "  --json             One JSON object on standard output, nothing else there\n"
     "  -h,--help          This text\n"
     "  --version\n\n"
-    "Exit codes: 0 it holds, 2 usage, 3 it cannot be read, 6 it is refused; the reason is on standard error.\n\n"
+    "Exit codes: 0 it holds, 2 usage, 3 it cannot be read, 6 it is refused; the reason is on standard "
+    "error.\n\n"
     "Example:\n  polestar-verify asteroid.pmap\n";
 
 enum ExitCode { kHolds = 0, kInternal = 1, kUsage = 2, kUnreadable = 3, kRefused = 6 };
@@ -53,7 +54,8 @@ class UsageError : public std::runtime_error {
 int positive(std::string_view text) {
   int number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end == text.data() + text.size() && number > 0 && number <= 4096 ? number : 0;
+  return error == std::errc() && end == text.data() + text.size() && number > 0 && number <= 4096 ? number
+                                                                                                  : 0;
 }
 
 int defaultThreads() {

@@ -1,9 +1,9 @@
 #pragma once
 // Reads what the theorem is about from a .pmap.
 //
-// Layout (little endian): "POLESTAR", uint32 format, uint32 length of the header, the header as JSON, zeros up
-// to a multiple of 64; then the arrays, at offsets that the header names. `hash` in the header is the 128-bit
-// XXH3 of the header without its hash and of all that follows the header.
+// Layout (little endian): "POLESTAR", uint32 format, uint32 length of the header, the header as JSON, zeros
+// up to a multiple of 64; then the arrays, at offsets that the header names. `hash` in the header is the
+// 128-bit XXH3 of the header without its hash and of all that follows the header.
 
 #include <array>
 #include <cstdint>

@@ -110,9 +110,8 @@ Affine affineOf(const Grids& grids) {
 
 template <class Value>
 Value metadata(const Grids& grids, const std::string& key, const char* whenMissing) {
-  for (const openvdb::GridBase* grid :
-       std::initializer_list<const openvdb::GridBase*>{grids.rest.get(), grids.green.get(),
-                                                       grids.surface.get()}) {
+  for (const openvdb::GridBase* grid : std::initializer_list<const openvdb::GridBase*>{
+           grids.rest.get(), grids.green.get(), grids.surface.get()}) {
     const auto found = (*grid)[key];
     if (!found) continue;
     const auto* typed = dynamic_cast<const openvdb::TypedMetadata<Value>*>(found.get());

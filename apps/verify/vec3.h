@@ -21,8 +21,6 @@ inline Vec3 cross(const Vec3& a, const Vec3& b) {
 }
 inline double det(const Vec3& a, const Vec3& b, const Vec3& c) { return dot(a, cross(b, c)); }
 inline double length(const Vec3& a) { return std::sqrt(dot(a, a)); }
-inline bool isFinite(const Vec3& a) {
-  return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
-}
+inline bool isFinite(const Vec3& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 
 }  // namespace polestar::verify

@@ -43,8 +43,7 @@ struct Jacobian {
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t j = 0; j < 3; ++j) {
         for (std::size_t k = 0; k < 3; ++k) {
-          bernstein[9 * i + 3 * j + k] =
-              det(along[0][3 * j + k], along[1][3 * k + i], along[2][3 * i + j]);
+          bernstein[9 * i + 3 * j + k] = det(along[0][3 * j + k], along[1][3 * k + i], along[2][3 * i + j]);
         }
       }
     }

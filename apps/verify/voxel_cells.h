@@ -31,7 +31,8 @@ struct CellJudgement {
 CellJudgement judgeCell(const CellCorners& rest);
 
 /// Corners of the cell whose lowest corner is box index `at`; false when it is not complete.
-bool cellCorners(const VoxelSolid& solid, std::size_t at, CellCorners& rest, std::array<std::int32_t, 8>& voxel);
+bool cellCorners(const VoxelSolid& solid, std::size_t at, CellCorners& rest,
+                 std::array<std::int32_t, 8>& voxel);
 
 /// Parallel; 1 us a cell.
 CellSums judgeCells(const VoxelSolid& solid);

@@ -13,7 +13,8 @@ std::vector<std::uint16_t> depths(const VoxelSolid& solid) {
   for (int dx = -1; dx <= 1; ++dx) {
     for (int dy = -1; dy <= 1; ++dy) {
       for (int dz = -1; dz <= 1; ++dz) {
-        if (dx < 0 || (dx == 0 && (dy < 0 || (dy == 0 && dz < 0)))) earlier[n++] = dx * sx + dy * sy + dz * sz;
+        if (dx < 0 || (dx == 0 && (dy < 0 || (dy == 0 && dz < 0))))
+          earlier[n++] = dx * sx + dy * sy + dz * sz;
       }
     }
   }
@@ -39,7 +40,8 @@ std::size_t sampleStride(const VoxelSolid& solid, std::size_t limit) {
 
 double quantile(std::vector<double>& values, double share) {
   if (values.empty()) return 0;
-  const auto at = std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())));
+  const auto at =
+      std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())));
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(at), values.end());
   return values[at];
 }

@@ -64,8 +64,8 @@ struct VoxelSolid {
   bool isCapped(std::size_t voxel) const { return green[voxel] >= greenCap * (1 - 1e-6); }
 };
 
-/// Largest d such that all voxels nearer than d in the maximum norm lie inside: 1 next to an outside voxel. One
-/// a voxel of the solid.
+/// Largest d such that all voxels nearer than d in the maximum norm lie inside: 1 next to an outside voxel.
+/// One a voxel of the solid.
 std::vector<std::uint16_t> depths(const VoxelSolid& solid);
 
 /// Every stride-th voxel so that about `limit` are left.
