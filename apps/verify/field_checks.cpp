@@ -82,8 +82,7 @@ double harmonicAtCenter(const VoxelSolid& solid, std::size_t& fitted) {
 Vec3 restAt(const VoxelSolid& solid, std::size_t voxel) { return toDouble(solid.rest[voxel]); }
 
 /// Places to look at, evenly over the solid.
-std::vector<std::size_t> places(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth,
-                                std::uint16_t least) {
+std::vector<std::size_t> places(const std::vector<std::uint16_t>& depth, std::uint16_t least) {
   std::size_t count = 0;
   for (const std::uint16_t d : depth) count += d >= least;
   const std::size_t stride = std::max<std::size_t>(1, count / kPlaces);
@@ -227,14 +226,14 @@ HarmonicFit fitHarmonic(const VoxelSolid& solid, const std::vector<std::uint16_t
     }
     return solid.harmonicRadius * std::abs(sum / 128 - here);
   };
-  std::vector<double> values = measureAt(places(solid, depth, 4), off);
+  std::vector<double> values = measureAt(places(depth, 4), off);
   return {values.size(), quantile(values, 0.5), quantile(values, 0.98)};
 }
 
 LineFit fitLines(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth) {
   constexpr double kCoreMargin = 1.1, kPoleDistance = 4;
   const auto strides = solid.strides();
-  std::vector<std::size_t> where = places(solid, depth, 4);
+  std::vector<std::size_t> where = places(depth, 4);
   std::erase_if(where, [&](std::size_t v) {
     return solid.radiusOfGreen(v) < kCoreMargin * solid.coreRadius ||
            length(solid.position(v) - solid.center) < kPoleDistance;
@@ -273,8 +272,28 @@ LineFit fitLines(const VoxelSolid& solid, const std::vector<std::uint16_t>& dept
     const Vec3 d = solid.position(v) - solid.center, gradient = gradientOfGreen(v);
     return degrees(std::abs(dot(d, gradient)) / (length(d) * length(gradient)));
   };
-  std::vector<double> angles = measureAt(where, angle), straights = measureAt(where, straight);
-  return {angles.size(), quantile(angles, 0.5), quantile(angles, 0.9), quantile(straights, 0.5)};
+  struct Place {
+    double angle, straight;
+  };
+  std::vector<Place> found(where.size());
+  tbb::parallel_for(std::size_t{0}, where.size(),
+                    [&](std::size_t i) { found[i] = {angle(where[i]), straight(where[i])}; });
+  std::erase_if(found, [](const Place& p) { return p.angle < 0; });
+  const auto medianOf = [](const auto& begin, const auto& end, double Place::*member) {
+    std::vector<double> values;
+    for (auto p = begin; p != end; ++p) values.push_back((*p).*member);
+    return quantile(values, 0.5);
+  };
+  LineFit fit;
+  fit.places = found.size();
+  fit.median = medianOf(found.begin(), found.end(), &Place::angle);
+  fit.straight = medianOf(found.begin(), found.end(), &Place::straight);
+  const auto bent = found.begin() + static_cast<std::ptrdiff_t>(found.size() - found.size() / 10);
+  std::nth_element(found.begin(), bent, found.end(),
+                   [](const Place& p, const Place& q) { return p.straight < q.straight; });
+  fit.bentMedian = medianOf(bent, found.end(), &Place::angle);
+  fit.bentStraight = medianOf(bent, found.end(), &Place::straight);
+  return fit;
 }
 
 }  // namespace polestar::verify

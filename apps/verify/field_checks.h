@@ -41,9 +41,9 @@ HarmonicFit fitHarmonic(const VoxelSolid& solid, const std::vector<std::uint16_t
 
 struct LineFit {
   std::size_t places = 0;
-  double median = 0,
-         most = 0;      ///< angle in degrees between iso-curves of rest/|rest| and grad G; median, 90 %
-  double straight = 0;  ///< median angle between straight rays and grad G
+  /// Medians of angles in degrees to grad G: of the iso-curves of rest/|rest|, and of straight rays; everywhere,
+  /// and at the tenth of the places where straight rays are worst.
+  double median = 0, straight = 0, bentMedian = 0, bentStraight = 0;
 };
 /// Deeper than three voxels, outside the core and farther than four voxels from the pole; central
 /// differences.

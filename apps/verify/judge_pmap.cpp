@@ -127,7 +127,8 @@ Count badCones(const PmapContents& map, const std::vector<Vec3>& nodes) {
   });
 }
 
-/// How many cones of level 0 hold one direction that lies on the rim of none; -1 when no such was found.
+/// How many cones of level 0 hold one direction that lies on the rim of none, those that turn inward taken
+/// away; 0, too, when no such direction was found.
 int conesOverADirection(const PmapContents& map, const std::vector<Vec3>& nodes) {
   for (std::size_t attempt = 0; attempt < 16 && !map.triangles.empty(); ++attempt) {
     const Triangle& t = map.triangles[attempt * map.triangles.size() / 16];
@@ -139,14 +140,16 @@ int conesOverADirection(const PmapContents& map, const std::vector<Vec3>& nodes)
     int cones = 0;
     for (const Triangle& other : map.triangles) {
       const Vec3 &a = nodes[other[0]], &b = nodes[other[1]], &c = nodes[other[2]];
-      const int least = std::min({signOfDeterminant(direction, b, c), signOfDeterminant(a, direction, c),
-                                  signOfDeterminant(a, b, direction)});
-      cones += least > 0;
-      onRim = onRim || least == 0;
+      const int sides[3] = {signOfDeterminant(direction, b, c), signOfDeterminant(a, direction, c),
+                            signOfDeterminant(a, b, direction)};
+      const auto [least, most] = std::minmax({sides[0], sides[1], sides[2]});
+      onRim = onRim || least == 0 || most == 0;
+      // All of one sign: the direction is in the cone, or opposite to it when the triangle turns the other way.
+      if (least == most && least == signOfDeterminant(a, b, c)) cones += least;
     }
     if (!onRim) return cones;
   }
-  return -1;
+  return 0;
 }
 
 Count badCells(const PmapContents& map, const std::vector<Vec3>& nodes) {

@@ -95,33 +95,36 @@ void judgeField(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth
                     std::to_string(harmonic.places) + " places, " + shortNumber(harmonic.median) +
                     " in the median");
   const LineFit lines = fitLines(solid, depth);
-  const double limit = std::min(8.0, 0.6 * lines.straight + 1);
-  report.atMost("field_lines", lines.median, limit, false,
+  report.atMost("field_lines", lines.median, 4, false,
                 "iso-curves of rest leave the direction of grad G by " + shortNumber(lines.median) +
-                    " degrees in the median of " + std::to_string(lines.places) + " places (limit " +
-                    shortNumber(limit) + "), " + shortNumber(lines.most) +
-                    " at one tenth; straight rays would by " + shortNumber(lines.straight));
+                    " degrees in the median of " + std::to_string(lines.places) + " places, straight rays by " +
+                    shortNumber(lines.straight));
+  // Of a body that is nearly a ball about its center, the two cannot be told apart.
+  const bool isRound = lines.bentStraight < 2;
+  report.atMost("no_straight_rays", isRound ? 0 : lines.bentMedian / lines.bentStraight, 0.6, false,
+                "where straight rays leave the direction of grad G most, by " + shortNumber(lines.bentStraight) +
+                    " degrees, iso-curves leave it by " + shortNumber(lines.bentMedian) +
+                    (isRound ? "; too little to tell" : ""));
 }
 
-void judgeCover(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth, const CellSums& cells,
-                Report& report) {
-  const Coverage cover = measureCoverage(solid, depth);
+void judgeDegree(const Coverage& cover, const CellSums& cells, Report& report) {
   constexpr double kBall = 4.18879020478639;
-  const double covered = kBall * static_cast<double>(cover.touched) / static_cast<double>(cover.targets);
-  const double degree = covered > 0 ? cells.volume / covered : 0;
+  const double share = static_cast<double>(cover.touched) / static_cast<double>(cover.targets);
+  const double degree = share > 0 ? cells.volume / (kBall * share) : 0;
   report.near("degree", degree, 1, 0.05, false,
-              "the Jacobian's integral is " + shortNumber(cells.volume / kBall) +
-                  " of the ball; over what the cells cover: " + shortNumber(degree));
+              "the Jacobian's integral is " + shortNumber(cells.volume / kBall) + " of the ball, cells cover " +
+                  shortNumber(share) + " of it: degree " + shortNumber(degree));
+  report.facts.emplace_back("ball_covered", share);
+}
+
+void judgeCover(const Coverage& cover, Report& report) {
   const double judged = static_cast<double>(std::max<std::size_t>(cover.judged, 1));
-  const double share = static_cast<double>(cover.uncovered + cover.repeated) / judged;
+  const double uncovered = static_cast<double>(cover.uncovered) / judged,
+               repeated = static_cast<double>(cover.repeated) / judged, share = uncovered + repeated;
   report.atMost("coverage", cover.judged > 0 ? share : 1, 5e-3, false,
-                percent(static_cast<double>(cover.uncovered) / judged) +
-                    " of the ball below the boundary layer is not covered, " +
-                    percent(static_cast<double>(cover.repeated) / judged) + " not once; that is " +
-                    percent(judged / static_cast<double>(cover.targets)) + " of the ball" +
-                    (share > 0 ? ", around " + placeText(cover.example) : ""));
-  report.facts.emplace_back("ball_covered",
-                            static_cast<double>(cover.touched) / static_cast<double>(cover.targets));
+                percent(uncovered) + " of the ball below the boundary layer is not covered, " +
+                    percent(repeated) + " not once; " + percent(judged / static_cast<double>(cover.targets)) +
+                    " of the ball is judged" + (share > 0 ? ", worst around " + placeText(cover.example) : ""));
 }
 
 void judgeOrientation(const VoxelSolid& solid, const CellSums& cells, Report& report) {
@@ -152,8 +155,10 @@ Report judgeVdb(const VoxelSolid& solid) {
   const CellSums cells = judgeCells(solid);
   judgePole(solid, report);
   judgeField(solid, depth, report);
-  judgeCover(solid, depth, cells, report);
+  const Coverage cover = measureCoverage(solid, depth);
+  judgeDegree(cover, cells, report);
   judgeOrientation(solid, cells, report);
+  judgeCover(cover, report);
   return report;
 }
 

@@ -34,10 +34,6 @@ std::vector<std::uint16_t> depths(const VoxelSolid& solid) {
   return result;
 }
 
-std::size_t sampleStride(const VoxelSolid& solid, std::size_t limit) {
-  return std::max<std::size_t>(1, solid.count() / limit);
-}
-
 double quantile(std::vector<double>& values, double share) {
   if (values.empty()) return 0;
   const auto at =

@@ -68,9 +68,6 @@ struct VoxelSolid {
 /// One a voxel of the solid.
 std::vector<std::uint16_t> depths(const VoxelSolid& solid);
 
-/// Every stride-th voxel so that about `limit` are left.
-std::size_t sampleStride(const VoxelSolid& solid, std::size_t limit);
-
 /// The value with `share` of the values below it; reorders them. 0 of none.
 double quantile(std::vector<double>& values, double share);
 

