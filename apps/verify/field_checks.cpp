@@ -12,24 +12,40 @@ namespace {
 
 constexpr std::size_t kPlaces = 200000;
 
-/// Solves A x = b, A symmetric positive, by elimination; false when A is singular.
-bool solve4(std::array<std::array<double, 5>, 4>& rows, std::array<double, 4>& x) {
-  for (std::size_t i = 0; i < 4; ++i) {
-    std::size_t pivot = i;
-    for (std::size_t r = i + 1; r < 4; ++r) {
-      if (std::abs(rows[r][i]) > std::abs(rows[pivot][i])) pivot = r;
+/// Least squares of values by N functions: normal equations, added up one place at a time.
+template <std::size_t N>
+class LinearFit {
+ public:
+  void add(const std::array<double, N>& basis, double value) {
+    for (std::size_t i = 0; i < N; ++i) {
+      for (std::size_t j = 0; j < N; ++j) rows_[i][j] += basis[i] * basis[j];
+      rows_[i][N] += basis[i] * value;
     }
-    std::swap(rows[i], rows[pivot]);
-    if (!(std::abs(rows[i][i]) > 1e-12)) return false;
-    for (std::size_t r = 0; r < 4; ++r) {
-      if (r == i) continue;
-      const double factor = rows[r][i] / rows[i][i];
-      for (std::size_t c = i; c < 5; ++c) rows[r][c] -= factor * rows[i][c];
-    }
+    ++count_;
   }
-  for (std::size_t i = 0; i < 4; ++i) x[i] = rows[i][4] / rows[i][i];
-  return true;
-}
+  std::size_t count() const { return count_; }
+  /// NaN where the places do not determine them.
+  std::array<double, N> coefficients() {
+    std::array<double, N> x{};
+    for (std::size_t i = 0; i < N; ++i) {  // Gauss and Jordan
+      std::size_t pivot = i;
+      for (std::size_t r = i + 1; r < N; ++r) {
+        if (std::abs(rows_[r][i]) > std::abs(rows_[pivot][i])) pivot = r;
+      }
+      std::swap(rows_[i], rows_[pivot]);
+      for (std::size_t r = 0; r < N; ++r) {
+        const double factor = r == i ? 0 : rows_[r][i] / rows_[i][i];
+        for (std::size_t c = i; c <= N; ++c) rows_[r][c] -= factor * rows_[i][c];
+      }
+    }
+    for (std::size_t i = 0; i < N; ++i) x[i] = rows_[i][N] / rows_[i][i];
+    return x;
+  }
+
+ private:
+  std::array<std::array<double, N + 1>, N> rows_{};
+  std::size_t count_ = 0;
+};
 
 /// h = G - 1/r
 double regularPart(const VoxelSolid& solid, std::size_t v) {
@@ -55,28 +71,6 @@ void visitAround(const VoxelSolid& solid, double reach, Visit&& visit) {
       }
     }
   }
-}
-
-/// h at the center; `fitted` is 0 when too few voxels are around it.
-double harmonicAtCenter(const VoxelSolid& solid, std::size_t& fitted) {
-  for (const double reach : {4.0, 6.0, 9.0}) {
-    std::array<std::array<double, 5>, 4> rows{};
-    fitted = 0;
-    visitAround(solid, reach, [&](std::size_t v) {
-      const Vec3 d = solid.position(v) - solid.center;
-      if (solid.isCapped(v) || length(d) < 1.5) return;
-      const double basis[4] = {1, d.x, d.y, d.z}, h = regularPart(solid, v);
-      for (std::size_t i = 0; i < 4; ++i) {
-        for (std::size_t j = 0; j < 4; ++j) rows[i][j] += basis[i] * basis[j];
-        rows[i][4] += basis[i] * h;
-      }
-      ++fitted;
-    });
-    std::array<double, 4> x{};
-    if (fitted >= 30 && solve4(rows, x)) return x[0];
-  }
-  fitted = 0;
-  return 0;
 }
 
 Vec3 restAt(const VoxelSolid& solid, std::size_t voxel) { return toDouble(solid.rest[voxel]); }
@@ -109,41 +103,25 @@ double degrees(double cosine) { return std::acos(std::clamp(cosine, -1.0, 1.0)) 
 
 PoleFit fitPole(const VoxelSolid& solid) {
   PoleFit fit;
-  std::array<std::size_t, 3> low{};
-  Vec3 share;
-  for (int k = 0; k < 3; ++k) {
-    const double floor = std::floor(solid.center[k]);
-    if (!(floor >= 0 && floor + 1 < solid.size[static_cast<std::size_t>(k)])) return fit;
-    low[static_cast<std::size_t>(k)] = static_cast<std::size_t>(floor);
-    share[k] = solid.center[k] - floor;
-  }
-  Vec3 rest;
-  double slope = 0;
-  for (std::size_t q = 0; q < 8; ++q) {
-    const std::size_t bit[3] = {q >> 2, q >> 1 & 1, q & 1};
-    const std::int32_t v =
-        solid.slot[solid.boxIndex(static_cast<int>(low[0] + bit[0]), static_cast<int>(low[1] + bit[1]),
-                                  static_cast<int>(low[2] + bit[2]))];
-    if (v < 0) return fit;
-    const auto voxel = static_cast<std::size_t>(v);
-    double weight = 1;
-    for (int k = 0; k < 3; ++k) weight *= bit[k] ? share[k] : 1 - share[k];
-    rest = rest + weight * restAt(solid, voxel);
-  }
-  // The mean slope over the voxels around is the map's there, wherever exactly rest vanishes.
-  std::size_t count = 0;
+  visitAround(solid, 1, [&](std::size_t) { fit.inside = true; });
+  // |rest| = s |x - p| up to the third order: its square is a paraboloid over p.
+  LinearFit<5> paraboloid;
   visitAround(solid, 2.5, [&](std::size_t v) {
-    for (const std::int64_t stride : solid.strides()) {
-      const std::int32_t next = solid.neighbour(v, stride);
-      if (next < 0) continue;
-      slope += length(restAt(solid, static_cast<std::size_t>(next)) - restAt(solid, v));
-      ++count;
-    }
+    const Vec3 d = solid.position(v) - solid.center, rest = restAt(solid, v);
+    paraboloid.add({1, d.x, d.y, d.z, dot(d, d)}, dot(rest, rest));
   });
-  fit.inside = true;
-  fit.restOffset = length(rest) / (slope / static_cast<double>(count));
-  const double h = harmonicAtCenter(solid, fit.fitted);
-  fit.ratio = -1 / (h * solid.harmonicRadius);
+  const auto p = paraboloid.coefficients();
+  fit.restOffset = length((-0.5 / p[4]) * Vec3{p[1], p[2], p[3]});
+  for (const double reach : {4.0, 6.0, 9.0}) {
+    LinearFit<4> line;
+    visitAround(solid, reach, [&](std::size_t v) {
+      const Vec3 d = solid.position(v) - solid.center;
+      if (!solid.isCapped(v) && length(d) > 1.5) line.add({1, d.x, d.y, d.z}, regularPart(solid, v));
+    });
+    if (line.count() < 30) continue;
+    fit.ratio = -1 / (line.coefficients()[0] * solid.harmonicRadius);
+    break;
+  }
   return fit;
 }
 
@@ -205,7 +183,7 @@ RadiusFit fitRadius(const VoxelSolid& solid) {
 HarmonicFit fitHarmonic(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth) {
   const auto strides = solid.strides();
   const auto off = [&](std::size_t v) -> double {
-    const std::int64_t step = std::max(1, (depth[v] - 1) / 3);
+    const std::int64_t step = std::max(1, (depth[v] - 1) / 2);
     const double here = regularPart(solid, v);
     if (solid.isCapped(v)) return -1;
     double sum = 0;

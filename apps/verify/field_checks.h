@@ -7,12 +7,11 @@
 namespace polestar::verify {
 
 struct PoleFit {
-  bool inside = false;     ///< the center is among eight inside voxels
-  double restOffset = 0;   ///< how far rest's zero lies from the center, voxels: |rest(center)| / mean slope
-  double ratio = 0;        ///< rho by h = G - 1/r around the center, over the rho of the file
-  std::size_t fitted = 0;  ///< voxels that h was fitted to
+  bool inside = false;    ///< a voxel within one step of the center is inside
+  double restOffset = 0;  ///< how far from the center |rest| has its least value, voxels
+  double ratio = 0;       ///< rho by h = G - 1/r around the center, over the rho of the file
 };
-/// `rest` interpolated at the center; h at the center by a linear least squares fit over a few voxels around.
+/// Both by least squares over a few voxels around the center.
 PoleFit fitPole(const VoxelSolid& solid);
 
 struct BoundaryFit {
@@ -35,8 +34,8 @@ struct HarmonicFit {
   double median = 0, most = 0;  ///< the latter exceeded at 2 % of the places
 };
 /// rho |mean of h over 26 points around - h|, with weights for which harmonic polynomials of degree below 8
-/// cancel, on stencils as large as a third of the depth: interpolation in the map's table is no C^1 function,
-/// and second differences over single voxels would see its kinks.
+/// cancel, on cubes that reach half way to the surface: the table of a map interpolates by cells, and second
+/// differences over single voxels would see its kinks and little else.
 HarmonicFit fitHarmonic(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth);
 
 struct LineFit {
