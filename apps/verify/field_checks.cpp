@@ -75,11 +75,17 @@ void visitAround(const VoxelSolid& solid, double reach, Visit&& visit) {
 
 Vec3 restAt(const VoxelSolid& solid, std::size_t voxel) { return toDouble(solid.rest[voxel]); }
 
-/// Places to look at, evenly over the solid.
-std::vector<std::size_t> places(const std::vector<std::uint16_t>& depth, std::uint16_t least) {
-  std::size_t count = 0;
-  for (const std::uint16_t d : depth) count += d >= least;
-  const std::size_t stride = std::max<std::size_t>(1, count / kPlaces);
+/// Voxels to look at, evenly over the solid: with three others between them and the outside, or with fewer
+/// where the grid is so coarse that hardly any were left.
+std::vector<std::size_t> places(const std::vector<std::uint16_t>& depth) {
+  constexpr std::size_t kFew = 1000;
+  const auto deeper = [&](int least) {
+    return static_cast<std::size_t>(
+        std::count_if(depth.begin(), depth.end(), [&](std::uint16_t d) { return d >= least; }));
+  };
+  int least = 4;
+  while (least > 2 && deeper(least) < kFew) --least;
+  const std::size_t stride = std::max<std::size_t>(1, deeper(least) / kPlaces);
   std::vector<std::size_t> result;
   std::size_t seen = 0;
   for (std::size_t v = 0; v < depth.size(); ++v) {
@@ -125,10 +131,14 @@ PoleFit fitPole(const VoxelSolid& solid) {
   return fit;
 }
 
-BoundaryFit fitBoundary(const VoxelSolid& solid) {
+BoundaryFit fitBoundary(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth) {
+  BoundaryFit fit;
   std::vector<double> ends;
   for (std::size_t v = 0; v < solid.count(); ++v) {
+    if (depth[v] != 1) continue;
     const double d = -solid.surface[v];
+    ++fit.rim;
+    fit.tooDeep += d > std::sqrt(3.0) + 0.01;
     if (d > 1) continue;
     // The neighbour that lies deepest.
     std::size_t best = v;
@@ -145,11 +155,8 @@ BoundaryFit fitBoundary(const VoxelSolid& solid) {
     const double here = length(restAt(solid, v)), below = length(restAt(solid, best));
     ends.push_back(here + (here - below) * d / gained);
   }
-  BoundaryFit fit;
-  fit.lines = ends.size();
-  fit.low = quantile(ends, 0.1);
   fit.median = quantile(ends, 0.5);
-  fit.high = quantile(ends, 0.9);
+  fit.low = quantile(ends, 0.01);
   return fit;
 }
 
@@ -204,14 +211,14 @@ HarmonicFit fitHarmonic(const VoxelSolid& solid, const std::vector<std::uint16_t
     }
     return solid.harmonicRadius * std::abs(sum / 128 - here);
   };
-  std::vector<double> values = measureAt(places(depth, 4), off);
+  std::vector<double> values = measureAt(places(depth), off);
   return {values.size(), quantile(values, 0.5), quantile(values, 0.98)};
 }
 
 LineFit fitLines(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth) {
   constexpr double kCoreMargin = 1.1, kPoleDistance = 4;
   const auto strides = solid.strides();
-  std::vector<std::size_t> where = places(depth, 4);
+  std::vector<std::size_t> where = places(depth);
   std::erase_if(where, [&](std::size_t v) {
     return solid.radiusOfGreen(v) < kCoreMargin * solid.coreRadius ||
            length(solid.position(v) - solid.center) < kPoleDistance;

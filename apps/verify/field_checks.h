@@ -15,11 +15,12 @@ struct PoleFit {
 PoleFit fitPole(const VoxelSolid& solid);
 
 struct BoundaryFit {
-  std::size_t lines = 0;
-  double low = 0, median = 0, high = 0;  ///< |rest| continued to the surface: deciles 1, 5 and 9
+  std::size_t rim = 0;          ///< inside voxels beside an outside one
+  std::size_t tooDeep = 0;      ///< of them: `surface` says farther below the surface than they can be
+  double median = 0, low = 0;   ///< |rest| continued to the surface; `low` is exceeded by 99 %
 };
-/// |rest| at two neighbours at different depths, continued linearly to where `surface` is 0.
-BoundaryFit fitBoundary(const VoxelSolid& solid);
+/// |rest| at two neighbours at different depths by `surface`, continued linearly to where that is 0.
+BoundaryFit fitBoundary(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth);
 
 struct RadiusFit {
   std::size_t voxels = 0;
@@ -44,7 +45,7 @@ struct LineFit {
   /// and at the tenth of the places where straight rays are worst.
   double median = 0, straight = 0, bentMedian = 0, bentStraight = 0;
 };
-/// Deeper than three voxels, outside the core and farther than four voxels from the pole; central
+/// Outside the core and farther than four voxels from the pole; central
 /// differences.
 LineFit fitLines(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth);
 

@@ -81,10 +81,14 @@ void judgePole(const VoxelSolid& solid, Report& report) {
 }
 
 void judgeField(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth, Report& report) {
-  const BoundaryFit boundary = fitBoundary(solid);
+  const BoundaryFit boundary = fitBoundary(solid, depth);
+  report.atMost("surface", static_cast<double>(boundary.tooDeep), 0, false,
+                std::to_string(boundary.tooDeep) + " of " + std::to_string(boundary.rim) +
+                    " voxels beside the outside lie more than a voxel's diagonal below the surface");
   report.near("boundary", boundary.median, 1, 0.05, false,
-              "|rest| continued to the surface is " + shortNumber(boundary.median) + " in the median, " +
-                  shortNumber(boundary.low) + " to " + shortNumber(boundary.high) + " mostly");
+              "|rest| continued to the surface is " + shortNumber(boundary.median) + " in the median");
+  report.atLeast("boundary_everywhere", boundary.low, 0.85, false,
+                 "|rest| continued to the surface is above " + shortNumber(boundary.low) + " at 99 % of it");
   const RadiusFit radius = fitRadius(solid);
   report.atMost("radius", radius.worst, 1e-3, false,
                 (solid.radiusIsOfGreen ? "|rest| is off 1/(1 + rho G) by " : "|rest| falls as G falls, by ") +
@@ -100,12 +104,12 @@ void judgeField(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth
                 "iso-curves of rest leave the direction of grad G by " + shortNumber(lines.median) +
                     " degrees in the median of " + std::to_string(lines.places) + " places, straight rays by " +
                     shortNumber(lines.straight));
-  // Of a body that is nearly a ball about its center, the two cannot be told apart.
-  const bool isRound = lines.bentStraight < 2;
-  report.atMost("no_straight_rays", isRound ? 0 : lines.bentMedian / lines.bentStraight, 0.6, false,
+  // Of a body that is nearly a ball about its center, and of a few hundred voxels, the two cannot be told apart.
+  const bool canTell = lines.bentStraight >= 1.5 && lines.places >= 200;
+  report.atMost("no_straight_rays", canTell ? lines.bentMedian / lines.bentStraight : 0, 0.6, false,
                 "where straight rays leave the direction of grad G most, by " + shortNumber(lines.bentStraight) +
                     " degrees, iso-curves leave it by " + shortNumber(lines.bentMedian) +
-                    (isRound ? "; too little to tell" : ""));
+                    (canTell ? "" : "; too little, or at too few places, to tell"));
 }
 
 void judgeDegree(const Coverage& cover, const CellSums& cells, Report& report) {
@@ -122,7 +126,7 @@ void judgeCover(const Coverage& cover, Report& report) {
   const double judged = static_cast<double>(std::max<std::size_t>(cover.judged, 1));
   const double uncovered = static_cast<double>(cover.uncovered) / judged,
                repeated = static_cast<double>(cover.repeated) / judged, share = uncovered + repeated;
-  report.atMost("coverage", cover.judged > 0 ? share : 1, 5e-3, false,
+  report.atMost("coverage", cover.judged > 0 ? share : 1, 2e-3, false,
                 percent(uncovered) + " of the ball below the boundary layer is not covered, " +
                     percent(repeated) + " not once; " + percent(judged / static_cast<double>(cover.targets)) +
                     " of the ball is judged" + (share > 0 ? ", worst around " + placeText(cover.example) : ""));

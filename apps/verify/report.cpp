@@ -12,6 +12,11 @@ void Report::atMost(const std::string& name, double value, double limit, bool ex
   checks.push_back({name, value <= limit, exact, value, limit, detail});
 }
 
+void Report::atLeast(const std::string& name, double value, double limit, bool exact,
+                     const std::string& detail) {
+  checks.push_back({name, value >= limit, exact, value, limit, detail});
+}
+
 void Report::near(const std::string& name, double value, double wanted, double tolerance, bool exact,
                   const std::string& detail) {
   checks.push_back({name, std::abs(value - wanted) <= tolerance, exact, value, wanted, detail});

@@ -30,6 +30,8 @@ struct Report {
 
   /// Passed when value <= limit; a NaN is not.
   void atMost(const std::string& name, double value, double limit, bool exact, const std::string& detail);
+  /// Passed when value >= limit.
+  void atLeast(const std::string& name, double value, double limit, bool exact, const std::string& detail);
   /// Passed when |value - wanted| <= tolerance.
   void near(const std::string& name, double value, double wanted, double tolerance, bool exact,
             const std::string& detail);

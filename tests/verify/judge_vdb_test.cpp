@@ -97,16 +97,31 @@ TEST_P(EverySize, Mirrored) {
 }
 
 TEST_P(EverySize, HalfBall) {
-  // Lines and levels are as they should be, but all of it goes to one half.
+  // Lines and levels are as they should be, but the flat face does not go to the sphere.
   BallFields fields = exactBall(Vec3::Zero());
   fields.surface = [](const Vec3& x) { return std::max(x.norm() - 1, -0.2 - x.z()); };
-  expectOnly("coverage", judged(fields));
+  EXPECT_THAT(failures(judged(fields)), ElementsAre("boundary_everywhere", "coverage"));
 }
 
 TEST_P(EverySize, MissingCap) {
   BallFields fields = exactBall(Vec3::Zero());
   fields.surface = [](const Vec3& x) { return std::max(x.norm() - 1, x.x() - 0.55); };
-  expectOnly("coverage", judged(fields));
+  EXPECT_THAT(failures(judged(fields)), ElementsAre("boundary_everywhere", "coverage"));
+}
+
+TEST_P(EverySize, MissingCapThatTheSurfaceDoesNotAdmit) {
+  VoxelSolid whole = voxelize(exactBall(Vec3::Zero()), GetParam()), solid = whole;
+  solid.box.clear(), solid.rest.clear(), solid.green.clear(), solid.surface.clear();
+  for (std::size_t v = 0; v < whole.count(); ++v) {
+    const bool stays = whole.rest[v].x < 0.7f;
+    solid.slot[whole.box[v]] = stays ? static_cast<std::int32_t>(solid.count()) : -1;
+    if (!stays) continue;
+    solid.box.push_back(whole.box[v]);
+    solid.rest.push_back(whole.rest[v]);
+    solid.green.push_back(whole.green[v]);
+    solid.surface.push_back(whole.surface[v]);
+  }
+  expectReason("surface", judgeVdb(solid));
 }
 
 TEST_P(EverySize, TornOpen) {
