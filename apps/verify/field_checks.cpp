@@ -261,8 +261,9 @@ LineFit fitLines(const VoxelSolid& solid, const std::vector<std::uint16_t>& dept
     double angle, straight;
   };
   std::vector<Place> found(where.size());
-  tbb::parallel_for(std::size_t{0}, where.size(),
-                    [&](std::size_t i) { found[i] = {angle(where[i]), straight(where[i])}; });
+  tbb::parallel_for(std::size_t{0}, where.size(), [&](std::size_t i) {
+    found[i] = {angle(where[i]), straight(where[i])};
+  });
   std::erase_if(found, [](const Place& p) { return p.angle < 0; });
   const auto medianOf = [](const auto& begin, const auto& end, double Place::*member) {
     std::vector<double> values;

@@ -15,9 +15,9 @@ struct PoleFit {
 PoleFit fitPole(const VoxelSolid& solid);
 
 struct BoundaryFit {
-  std::size_t rim = 0;          ///< inside voxels beside an outside one
-  std::size_t tooDeep = 0;      ///< of them: `surface` says farther below the surface than they can be
-  double median = 0, low = 0;   ///< |rest| continued to the surface; `low` is exceeded by 99 %
+  std::size_t rim = 0;         ///< inside voxels beside an outside one
+  std::size_t tooDeep = 0;     ///< of them: `surface` says farther below the surface than they can be
+  double median = 0, low = 0;  ///< |rest| continued to the surface; `low` is exceeded by 99 %
 };
 /// |rest| at two neighbours at different depths by `surface`, continued linearly to where that is 0.
 BoundaryFit fitBoundary(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth);
@@ -41,8 +41,8 @@ HarmonicFit fitHarmonic(const VoxelSolid& solid, const std::vector<std::uint16_t
 
 struct LineFit {
   std::size_t places = 0;
-  /// Medians of angles in degrees to grad G: of the iso-curves of rest/|rest|, and of straight rays; everywhere,
-  /// and at the tenth of the places where straight rays are worst.
+  /// Medians of angles in degrees to grad G: of the iso-curves of rest/|rest|, and of straight rays;
+  /// everywhere, and at the tenth of the places where straight rays are worst.
   double median = 0, straight = 0, bentMedian = 0, bentStraight = 0;
 };
 /// Outside the core and farther than four voxels from the pole; central

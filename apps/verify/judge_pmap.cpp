@@ -144,7 +144,8 @@ int conesOverADirection(const PmapContents& map, const std::vector<Vec3>& nodes)
                             signOfDeterminant(a, b, direction)};
       const auto [least, most] = std::minmax({sides[0], sides[1], sides[2]});
       onRim = onRim || least == 0 || most == 0;
-      // All of one sign: the direction is in the cone, or opposite to it when the triangle turns the other way.
+      // All of one sign: the direction is in the cone, or opposite to it when the triangle turns the other
+      // way.
       if (least == most && least == signOfDeterminant(a, b, c)) cones += least;
     }
     if (!onRim) return cones;

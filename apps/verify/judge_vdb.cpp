@@ -102,13 +102,15 @@ void judgeField(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth
   const LineFit lines = fitLines(solid, depth);
   report.atMost("field_lines", lines.median, 4, false,
                 "iso-curves of rest leave the direction of grad G by " + shortNumber(lines.median) +
-                    " degrees in the median of " + std::to_string(lines.places) + " places, straight rays by " +
-                    shortNumber(lines.straight));
-  // Of a body that is nearly a ball about its center, and of a few hundred voxels, the two cannot be told apart.
+                    " degrees in the median of " + std::to_string(lines.places) +
+                    " places, straight rays by " + shortNumber(lines.straight));
+  // Of a body that is nearly a ball about its center, and of a few hundred voxels, the two cannot be told
+  // apart.
   const bool canTell = lines.bentStraight >= 1.5 && lines.places >= 200;
   report.atMost("no_straight_rays", canTell ? lines.bentMedian / lines.bentStraight : 0, 0.6, false,
-                "where straight rays leave the direction of grad G most, by " + shortNumber(lines.bentStraight) +
-                    " degrees, iso-curves leave it by " + shortNumber(lines.bentMedian) +
+                "where straight rays leave the direction of grad G most, by " +
+                    shortNumber(lines.bentStraight) + " degrees, iso-curves leave it by " +
+                    shortNumber(lines.bentMedian) +
                     (canTell ? "" : "; too little, or at too few places, to tell"));
 }
 
@@ -117,8 +119,9 @@ void judgeDegree(const Coverage& cover, const CellSums& cells, Report& report) {
   const double share = static_cast<double>(cover.touched) / static_cast<double>(cover.targets);
   const double degree = share > 0 ? cells.volume / (kBall * share) : 0;
   report.near("degree", degree, 1, 0.05, false,
-              "the Jacobian's integral is " + shortNumber(cells.volume / kBall) + " of the ball, cells cover " +
-                  shortNumber(share) + " of it: degree " + shortNumber(degree));
+              "the Jacobian's integral is " + shortNumber(cells.volume / kBall) +
+                  " of the ball, cells cover " + shortNumber(share) + " of it: degree " +
+                  shortNumber(degree));
   report.facts.emplace_back("ball_covered", share);
 }
 
@@ -129,7 +132,8 @@ void judgeCover(const Coverage& cover, Report& report) {
   report.atMost("coverage", cover.judged > 0 ? share : 1, 2e-3, false,
                 percent(uncovered) + " of the ball below the boundary layer is not covered, " +
                     percent(repeated) + " not once; " + percent(judged / static_cast<double>(cover.targets)) +
-                    " of the ball is judged" + (share > 0 ? ", worst around " + placeText(cover.example) : ""));
+                    " of the ball is judged" +
+                    (share > 0 ? ", worst around " + placeText(cover.example) : ""));
 }
 
 void judgeOrientation(const VoxelSolid& solid, const CellSums& cells, Report& report) {

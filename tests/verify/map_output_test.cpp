@@ -26,8 +26,8 @@ void expectHolds(const verify::Report& report) { EXPECT_TRUE(report.holds()) << 
 
 class ShippedVolumes : public ::testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Files, ShippedVolumes,
-                         ::testing::Values("ball_offcenter.ply", "smooth_star.ply", "half_ball.ply", "cube.obj",
-                                           "twelve_lobes.ply"),
+                         ::testing::Values("ball_offcenter.ply", "smooth_star.ply", "half_ball.ply",
+                                           "cube.obj", "twelve_lobes.ply"),
                          [](const auto& file) {
                            const std::string name = file.param;
                            return name.substr(0, name.find('.'));
