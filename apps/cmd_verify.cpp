@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cerrno>
+#include <csignal>
 #include <system_error>
 
 #include "cli/dry_run.h"
@@ -56,7 +57,8 @@ Answer collect(std::vector<std::string> words, Context& context) {
   Answer answer;
   std::array<pollfd, 2> open{{{pipes[0][0], POLLIN, 0}, {pipes[1][0], POLLIN, 0}}};
   while (!failed && (open[0].fd >= 0 || open[1].fd >= 0)) {
-    // Ctrl-C reaches the child, too; its end closes the pipes.
+    // Ctrl-C reaches the child, too, a farm's SIGTERM need not. Its end closes the pipes.
+    if (context.cancelled()) kill(child, SIGTERM);
     if (poll(open.data(), open.size(), -1) < 0 && errno != EINTR) break;
     for (std::size_t i = 0; i < open.size(); ++i) {
       if (open[i].fd < 0 || open[i].revents == 0) continue;

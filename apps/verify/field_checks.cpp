@@ -94,12 +94,12 @@ std::vector<std::size_t> places(const std::vector<std::uint16_t>& depth) {
   return result;
 }
 
-/// measure(voxel) at all places, in parallel; without those for which it returned a negative number.
+/// measure(voxel) at all places, in parallel; without those for which it returned no number from 0 on.
 template <class Measure>
 std::vector<double> measureAt(const std::vector<std::size_t>& where, Measure&& measure) {
   std::vector<double> values(where.size());
   tbb::parallel_for(std::size_t{0}, where.size(), [&](std::size_t i) { values[i] = measure(where[i]); });
-  std::erase_if(values, [](double x) { return x < 0; });
+  std::erase_if(values, [](double x) { return !(x >= 0); });
   return values;
 }
 
@@ -255,7 +255,8 @@ LineFit fitLines(const VoxelSolid& solid, const std::vector<std::uint16_t>& dept
   };
   const auto straight = [&](std::size_t v) -> double {
     const Vec3 d = solid.position(v) - solid.center, gradient = gradientOfGreen(v);
-    return degrees(std::abs(dot(d, gradient)) / (length(d) * length(gradient)));
+    const double lengths = length(d) * length(gradient);
+    return lengths > 0 ? degrees(std::abs(dot(d, gradient)) / lengths) : 90;
   };
   struct Place {
     double angle, straight;
@@ -264,7 +265,7 @@ LineFit fitLines(const VoxelSolid& solid, const std::vector<std::uint16_t>& dept
   tbb::parallel_for(std::size_t{0}, where.size(), [&](std::size_t i) {
     found[i] = {angle(where[i]), straight(where[i])};
   });
-  std::erase_if(found, [](const Place& p) { return p.angle < 0; });
+  std::erase_if(found, [](const Place& p) { return !(p.angle >= 0 && p.straight >= 0); });
   const auto medianOf = [](const auto& begin, const auto& end, double Place::*member) {
     std::vector<double> values;
     for (auto p = begin; p != end; ++p) values.push_back((*p).*member);

@@ -195,7 +195,7 @@ void judgeAttachment(const PmapContents& map, Report& report) {
 
 void judgeLevels(const PmapContents& map, Report& report) {
   const std::size_t n = map.vertices.size();
-  double spread = 0, previous = std::numeric_limits<double>::infinity(), off = 0;
+  double spread = 0, off = 0, offLevels = 0, previous = std::numeric_limits<double>::infinity();
   std::size_t rising = 0, spreadAt = 0;
   for (std::size_t level = 0; level < map.levels; ++level) {
     double low = std::numeric_limits<double>::infinity(), high = 0;
@@ -206,7 +206,11 @@ void judgeLevels(const PmapContents& map, Report& report) {
       if (level == 0) off = std::max(off, std::abs(radius - 1));
     }
     if (high - low > spread) spread = high - low, spreadAt = level;
-    rising += !(high < previous);
+    const double stated = map.radii[level];
+    const bool isBelow =
+        high < previous && stated > 0 && (level == 0 ? stated == 1 : stated < map.radii[level - 1]);
+    rising += !isBelow;
+    if (map.radiusIsOfGreen) offLevels = std::max({offLevels, high - stated, stated - low});
     previous = low;
   }
   report.atMost(
@@ -216,7 +220,11 @@ void judgeLevels(const PmapContents& map, Report& report) {
                 "radii within a level differ by " + shortNumber(spread) + " at most, at level " +
                     std::to_string(spreadAt));
   report.atMost("ball_radii", static_cast<double>(rising), 0, false,
-                std::to_string(rising) + " levels have no smaller radius than the one outside");
+                std::to_string(rising) + " levels are not below the one before, from 1 on");
+  report.atMost("stated_levels", offLevels, kRounding, false,
+                map.radiusIsOfGreen
+                    ? "radii are off the stated levels by " + shortNumber(offLevels) + " at most"
+                    : "radii are another function of the stated levels");
   const double center = std::max(length(map.nodes.back()), length(map.ball.back()));
   report.atMost("center", center, 0, true,
                 center == 0 ? "the center goes to the center" : "the last node is not the center");

@@ -151,7 +151,9 @@ PmapContents readPmap(const std::filesystem::path& path) try {
       }
     }
   }
-  contents.levels = file.header.at("levels").size();
+  contents.radii = file.header.at("levels").get<std::vector<double>>();
+  contents.levels = contents.radii.size();
+  contents.radiusIsOfGreen = !file.header.contains("radius") || file.header["radius"] == "green";
   if (contents.levels == 0) throw Unreadable("it has no levels");
   if (n > file.all.size() || contents.levels > file.all.size()) throw Unreadable("it has impossible sizes");
   contents.nodes = take<Vec3>(arrays, "nodes_inner", "float64", contents.levels * n + 1);

@@ -22,9 +22,11 @@ struct PmapContents {
   std::vector<Vec3> vertices;       ///< of the surface, mesh units
   std::vector<Triangle> triangles;  ///< of the surface
   std::size_t levels = 0;
-  std::vector<Vec3> nodes;  ///< in the solid; inner frame: (mesh - center) / unit
-  std::vector<Vec3> ball;   ///< their images in the unit ball
-  Vec3 center;              ///< mesh units
+  std::vector<double> radii;    ///< R of every level by Green's function
+  bool radiusIsOfGreen = true;  ///< R is the radius in the ball, too, not only what decides it
+  std::vector<Vec3> nodes;      ///< in the solid; inner frame: (mesh - center) / unit
+  std::vector<Vec3> ball;       ///< their images in the unit ball
+  Vec3 center;                  ///< mesh units
   double unit = 1;
   std::size_t notFinite = 0;   ///< numbers of the file's arrays that are NaN or infinite
   std::string firstNotFinite;  ///< where

@@ -110,14 +110,21 @@ TEST(JudgePmap, BoundaryDetached) {
   EXPECT_THAT(failures(judgePmap(map)), ElementsAre("boundary_attached"));
   map = coneMap(icosphere(1), 3);
   map.ball[3] = (1 - 1e-9) * map.ball[3];
-  EXPECT_THAT(failures(judgePmap(map)), ElementsAre("ball_boundary", "ball_levels"));
+  EXPECT_THAT(failures(judgePmap(map)), ElementsAre("ball_boundary", "ball_levels", "stated_levels"));
 }
 
 TEST(JudgePmap, LevelsOfTheBallAreSpheresThatShrink) {
   PmapContents map = coneMap(icosphere(1), 4);
   const std::size_t n = map.vertices.size();
   map.ball[2 * n + 1] = 1.0001 * map.ball[2 * n + 1];
-  EXPECT_THAT(failures(judgePmap(map)), ElementsAre("ball_levels"));
+  EXPECT_THAT(failures(judgePmap(map)), ElementsAre("ball_levels", "stated_levels"));
+  map = coneMap(icosphere(1), 4);
+  map.radii[2] = 0.55;
+  EXPECT_THAT(failures(judgePmap(map)), ElementsAre("stated_levels"));
+  map.radiusIsOfGreen = false;
+  EXPECT_THAT(failures(judgePmap(map)), IsEmpty());
+  map.radii[2] = 0.75;
+  EXPECT_THAT(failures(judgePmap(map)), ElementsAre("ball_radii"));
   map = coneMap(icosphere(1), 4);
   map.ball.back().x = 1e-3;
   EXPECT_THAT(failures(judgePmap(map)), ElementsAre("center"));

@@ -26,10 +26,12 @@ verify::PmapContents contentsOf(const BallMap& map) {
 
 void fillLevels(verify::PmapContents& map, std::size_t levels) {
   map.levels = levels;
+  map.radii.clear();
   map.nodes.clear();
   map.ball.clear();
   for (std::size_t level = 0; level < levels; ++level) {
     const double radius = 1 - static_cast<double>(level) / static_cast<double>(levels);
+    map.radii.push_back(radius);
     for (const verify::Vec3& v : map.vertices) {
       map.nodes.push_back(radius * v);
       map.ball.push_back((radius / length(v)) * v);
