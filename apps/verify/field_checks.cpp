@@ -103,7 +103,48 @@ std::vector<double> measureAt(const std::vector<std::size_t>& where, Measure&& m
   return values;
 }
 
-double degrees(double cosine) { return std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi; }
+/// f at the next voxel along an axis less f at the one before, both inside.
+template <class Function>
+auto centralDifference(const VoxelSolid& solid, std::size_t v, int axis, Function&& f) {
+  const std::int64_t stride = solid.strides()[static_cast<std::size_t>(axis)];
+  return f(static_cast<std::size_t>(solid.neighbour(v, stride))) -
+         f(static_cast<std::size_t>(solid.neighbour(v, -stride)));
+}
+
+/// The pole's part is differentiated as it is, only h by differences.
+Vec3 gradientOfGreen(const VoxelSolid& solid, std::size_t v) {
+  const Vec3 d = solid.position(v) - solid.center;
+  const double r = length(d);
+  Vec3 gradient = (-1 / (r * r * r)) * d;
+  for (int k = 0; k < 3; ++k) {
+    gradient[k] +=
+        0.5 * centralDifference(solid, v, k, [&](std::size_t other) { return regularPart(solid, other); });
+  }
+  return gradient;
+}
+
+/// Direction of the curve along which rest only gets longer: at right angles to grad (p . rest) and
+/// grad (q . rest), p and q across rest.
+Vec3 isoCurve(const VoxelSolid& solid, std::size_t v) {
+  const Vec3 rest = restAt(solid, v);
+  const Vec3 other = std::abs(rest.x) < 0.6 * length(rest) ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+  const Vec3 p = cross(rest, other), q = cross(rest, p);
+  Vec3 gradP, gradQ;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 slope =
+        centralDifference(solid, v, k, [&](std::size_t neighbour) { return restAt(solid, neighbour); });
+    gradP[k] = dot(p, slope);
+    gradQ[k] = dot(q, slope);
+  }
+  return cross(gradP, gradQ);
+}
+
+/// Of two lines, in degrees; 90 where one of them has no direction.
+double angleBetween(const Vec3& a, const Vec3& b) {
+  const double lengths = length(a) * length(b);
+  if (!(lengths > 0)) return 90;
+  return std::acos(std::min(1.0, std::abs(dot(a, b)) / lengths)) * 180 / std::numbers::pi;
+}
 
 }  // namespace
 
@@ -217,55 +258,20 @@ HarmonicFit fitHarmonic(const VoxelSolid& solid, const std::vector<std::uint16_t
 
 LineFit fitLines(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth) {
   constexpr double kCoreMargin = 1.1, kPoleDistance = 4;
-  const auto strides = solid.strides();
   std::vector<std::size_t> where = places(depth);
   std::erase_if(where, [&](std::size_t v) {
     return solid.radiusOfGreen(v) < kCoreMargin * solid.coreRadius ||
            length(solid.position(v) - solid.center) < kPoleDistance;
   });
-  const auto gradientOfGreen = [&](std::size_t v) {
-    // The pole's part is differentiated as it is, only h by differences.
-    const Vec3 d = solid.position(v) - solid.center;
-    const double r = length(d);
-    Vec3 gradient = (-1 / (r * r * r)) * d;
-    for (int k = 0; k < 3; ++k) {
-      const auto high = static_cast<std::size_t>(solid.neighbour(v, strides[static_cast<std::size_t>(k)]));
-      const auto low = static_cast<std::size_t>(solid.neighbour(v, -strides[static_cast<std::size_t>(k)]));
-      gradient[k] += 0.5 * (regularPart(solid, high) - regularPart(solid, low));
-    }
-    return gradient;
-  };
-  const auto angle = [&](std::size_t v) -> double {
-    // grad (p . rest) and grad (q . rest) for directions p, q across rest: both are at right angles to the
-    // curve along which rest only gets longer.
-    const Vec3 rest = restAt(solid, v);
-    const Vec3 other = std::abs(rest.x) < 0.6 * length(rest) ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-    const Vec3 p = cross(rest, other), q = cross(rest, p);
-    Vec3 gradP, gradQ;
-    for (int k = 0; k < 3; ++k) {
-      const auto high = static_cast<std::size_t>(solid.neighbour(v, strides[static_cast<std::size_t>(k)]));
-      const auto low = static_cast<std::size_t>(solid.neighbour(v, -strides[static_cast<std::size_t>(k)]));
-      const Vec3 slope = restAt(solid, high) - restAt(solid, low);
-      gradP[k] = dot(p, slope);
-      gradQ[k] = dot(q, slope);
-    }
-    const Vec3 tangent = cross(gradP, gradQ), gradient = gradientOfGreen(v);
-    const double lengths = length(tangent) * length(gradient);
-    return lengths > 0 ? degrees(std::abs(dot(tangent, gradient)) / lengths) : -1;
-  };
-  const auto straight = [&](std::size_t v) -> double {
-    const Vec3 d = solid.position(v) - solid.center, gradient = gradientOfGreen(v);
-    const double lengths = length(d) * length(gradient);
-    return lengths > 0 ? degrees(std::abs(dot(d, gradient)) / lengths) : 90;
-  };
   struct Place {
     double angle, straight;
   };
   std::vector<Place> found(where.size());
   tbb::parallel_for(std::size_t{0}, where.size(), [&](std::size_t i) {
-    found[i] = {angle(where[i]), straight(where[i])};
+    const Vec3 gradient = gradientOfGreen(solid, where[i]);
+    found[i] = {angleBetween(isoCurve(solid, where[i]), gradient),
+                angleBetween(solid.position(where[i]) - solid.center, gradient)};
   });
-  std::erase_if(found, [](const Place& p) { return !(p.angle >= 0 && p.straight >= 0); });
   const auto medianOf = [](const auto& begin, const auto& end, double Place::*member) {
     std::vector<double> values;
     for (auto p = begin; p != end; ++p) values.push_back((*p).*member);

@@ -47,76 +47,94 @@ Count countIf(std::size_t count, IsBad&& isBad) {
       });
 }
 
-/// What keeps the triangles from being a closed, connected, oriented surface of genus 0 whose vertices are
-/// all used, each in one fan; empty when nothing does.
-std::string surfaceDefect(const PmapContents& map) {
-  // Every side, directed, with its triangle; twins have the ends exchanged.
+/// Sets that are joined one by one.
+class Sets {
+ public:
+  explicit Sets(std::size_t count) : root_(count), count_(count) {
+    std::iota(root_.begin(), root_.end(), std::size_t{0});
+  }
+  void join(std::size_t a, std::size_t b) {
+    a = find(a), b = find(b);
+    count_ -= a != b;
+    root_[a] = b;
+  }
+  std::size_t count() const { return count_; }
+
+ private:
+  std::size_t find(std::size_t i) {
+    while (root_[i] != i) i = root_[i] = root_[root_[i]];
+    return i;
+  }
+  std::vector<std::size_t> root_;
+  std::size_t count_;
+};
+
+/// The directed sides of all triangles; twins have the ends exchanged.
+class Sides {
+ public:
   struct Side {
     std::int32_t from, to;
     std::size_t triangle;
   };
-  std::vector<Side> sides;
-  for (std::size_t t = 0; t < map.triangles.size(); ++t) {
-    const Triangle& v = map.triangles[t];
-    for (int k = 0; k < 3; ++k) {
-      if (v[k] == v[(k + 1) % 3]) return "triangle " + std::to_string(t) + " has a vertex twice";
-      sides.push_back({v[k], v[(k + 1) % 3], t});
+
+  explicit Sides(const std::vector<Triangle>& triangles) {
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      const Triangle& v = triangles[t];
+      for (std::size_t k = 0; k < 3; ++k) sides_.push_back({v[k], v[(k + 1) % 3], t});
     }
+    std::sort(sides_.begin(), sides_.end(), isBefore);
   }
-  const auto before = [](const Side& a, const Side& b) {
+  std::size_t count() const { return sides_.size(); }
+  const Side& operator[](std::size_t i) const { return sides_[i]; }
+  /// Its place, or count().
+  std::size_t find(std::int32_t from, std::int32_t to) const {
+    const Side wanted{from, to, 0};
+    const auto found = std::lower_bound(sides_.begin(), sides_.end(), wanted, isBefore);
+    const bool isThere = found != sides_.end() && !isBefore(wanted, *found);
+    return isThere ? static_cast<std::size_t>(found - sides_.begin()) : sides_.size();
+  }
+  std::string name(std::size_t i) const {
+    return "side " + std::to_string(sides_[i].from) + "-" + std::to_string(sides_[i].to) + " of triangle " +
+           std::to_string(sides_[i].triangle);
+  }
+
+ private:
+  static bool isBefore(const Side& a, const Side& b) {
     return a.from != b.from ? a.from < b.from : a.to < b.to;
-  };
-  std::sort(sides.begin(), sides.end(), before);
-  const auto named = [](const Side& s) {
-    return "side " + std::to_string(s.from) + "-" + std::to_string(s.to) + " of triangle " +
-           std::to_string(s.triangle);
-  };
-  // A fan around a vertex: from each outgoing side, through its triangle, to the next. Triangles that share a
-  // side have one root; so have the corners that share one.
-  std::vector<std::size_t> root(sides.size());
-  std::iota(root.begin(), root.end(), std::size_t{0});
-  const auto find = [&](std::size_t i) {
-    while (root[i] != i) i = root[i] = root[root[i]];
-    return i;
-  };
-  std::size_t corners = 0, vertices = 0, joins = 0;
-  for (std::size_t i = 0; i < sides.size(); ++i) {
-    if (i > 0 && !before(sides[i - 1], sides[i])) return named(sides[i]) + " occurs twice in this direction";
-    const Side twin{sides[i].to, sides[i].from, 0};
-    const auto found = std::lower_bound(sides.begin(), sides.end(), twin, before);
-    if (found == sides.end() || before(twin, *found)) return named(sides[i]) + " has no neighbour";
-    vertices += i == 0 || sides[i - 1].from != sides[i].from;
-    ++corners;
-    // The neighbour's triangle a -> from: its side that leaves `from`.
-    const Triangle& v = map.triangles[found->triangle];
-    const int k = static_cast<int>(std::find(v.begin(), v.end(), sides[i].from) - v.begin());
-    const Side next{sides[i].from, v[(k + 1) % 3], 0};
-    const auto at = std::lower_bound(sides.begin(), sides.end(), next, before) - sides.begin();
-    const std::size_t a = find(i), b = find(static_cast<std::size_t>(at));
-    joins += a != b;
-    root[a] = b;
   }
-  if (vertices != map.vertices.size()) {
-    return std::to_string(map.vertices.size() - vertices) + " vertices belong to no triangle";
+  std::vector<Side> sides_;
+};
+
+/// What keeps the triangles from being a closed, connected, oriented surface of genus 0 whose vertices are
+/// all used, each in one fan; empty when nothing does.
+std::string surfaceDefect(const PmapContents& map) {
+  const std::size_t vertices = map.vertices.size();
+  const Sides sides(map.triangles);
+  // Fans: the sides that leave a vertex, each joined with the next one around it, over the triangle between.
+  Sets fans(sides.count()), pieces(vertices);
+  std::size_t used = 0;
+  for (std::size_t i = 0; i < sides.count(); ++i) {
+    const auto [from, to, triangle] = sides[i];
+    if (from == to) return "triangle " + std::to_string(triangle) + " has a vertex twice";
+    if (i > 0 && sides[i - 1].from == from && sides[i - 1].to == to) {
+      return sides.name(i) + " occurs twice in this direction";
+    }
+    const std::size_t twin = sides.find(to, from);
+    if (twin == sides.count()) return sides.name(i) + " has no neighbour";
+    const Triangle& v = map.triangles[sides[twin].triangle];
+    const auto corner = static_cast<std::size_t>(std::find(v.begin(), v.end(), from) - v.begin());
+    fans.join(i, sides.find(from, v[(corner + 1) % 3]));
+    pieces.join(static_cast<std::size_t>(from), static_cast<std::size_t>(to));
+    used += i == 0 || sides[i - 1].from != from;
   }
-  if (corners - joins != vertices) {
-    return std::to_string(corners - joins - vertices) + " vertices join surfaces that touch in a point";
+  if (used != vertices) return std::to_string(vertices - used) + " vertices belong to no triangle";
+  if (fans.count() != vertices) {
+    return std::to_string(fans.count() - vertices) + " vertices join parts that touch in a point";
   }
-  const auto count = static_cast<std::int64_t>(map.triangles.size());
-  const std::int64_t euler = static_cast<std::int64_t>(vertices) - 3 * count / 2 + count;
-  if (euler != 2) return "its Euler number is " + std::to_string(euler) + ", not 2";
-  // Euler number 2 means one piece here only when no other piece has handles.
-  std::vector<std::size_t> piece(map.vertices.size());
-  std::iota(piece.begin(), piece.end(), std::size_t{0});
-  root = std::move(piece);
-  std::size_t pieces = vertices;
-  for (const Side& side : sides) {
-    const std::size_t a = find(static_cast<std::size_t>(side.from)),
-                      b = find(static_cast<std::size_t>(side.to));
-    pieces -= a != b;
-    root[a] = b;
-  }
-  return pieces == 1 ? "" : "it has " + std::to_string(pieces) + " pieces";
+  if (pieces.count() != 1) return "it has " + std::to_string(pieces.count()) + " pieces";
+  const auto euler = static_cast<std::int64_t>(vertices + map.triangles.size()) -
+                     static_cast<std::int64_t>(sides.count() / 2);
+  return euler == 2 ? "" : "its Euler number is " + std::to_string(euler) + ", not 2";
 }
 
 /// Triangles of level 0 whose cone does not open outward.

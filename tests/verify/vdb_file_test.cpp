@@ -29,7 +29,7 @@ void writeBall(const std::filesystem::path& path, const Ball& ball) {
   const auto toUnit = [&](const Vec3& x) { return Vec3((x - ball.offset) / ball.radius); };
   const double h = 2 * ball.radius / ball.dim;
   SolidGrids grids(
-      transformed(icosphere(5), [&](const Vec3& p) { return Vec3(ball.radius * p + ball.offset); }),
+      transformed(icosphere(4), [&](const Vec3& p) { return Vec3(ball.radius * p + ball.offset); }),
       {.voxelSize = h, .padding = ball.padding});
   grids.addVector("rest", VectorRole::invariant, [&](const VoxelBatch& batch, std::span<Vec3f> out) {
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = fields.rest(toUnit(batch.points[i])).cast<float>();
