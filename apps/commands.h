@@ -13,5 +13,6 @@ std::unique_ptr<Command> makeEvalCommand();
 std::unique_ptr<Command> makeInfoCommand();
 std::unique_ptr<Command> makeRenderCommand();
 std::unique_ptr<Command> makeWarpCommand();
+std::unique_ptr<Command> makeVerifyCommand();
 
 }  // namespace polestar::cli

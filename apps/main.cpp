@@ -9,6 +9,7 @@ int main(int argc, char** argv) {
   commands.push_back(makeCheckCommand());
   commands.push_back(makeMapCommand());
   commands.push_back(makeEvalCommand());
+  commands.push_back(makeVerifyCommand());
   commands.push_back(makeInfoCommand());
   commands.push_back(makeRenderCommand());
   commands.push_back(makeWarpCommand());

@@ -52,8 +52,23 @@ std::string stageOf(const fs::path& path) {
   return part->string();
 }
 
+/// polestar-verify judges what all other code makes: an error of theirs must not be able to hide in a shared
+/// line.
+bool isOfTheJudge(const fs::path& file) {
+  return file.lexically_relative("apps/verify").native().rfind("..", 0) != 0;
+}
+
+/// Its own headers stand beside their users, without a folder in the name.
+std::string objectionOfTheJudge(const std::string& include) {
+  static const std::regex kOurs("(polestar|cli|volumes|support|lib|apps)/.*|.*\\.\\..*");
+  return std::regex_match(include, kOurs) ? "the judge shares no code with what it judges" : "";
+}
+
 /// Why `file` may not include `include`; empty when it may.
 std::string objection(const fs::path& file, const std::string& include) {
+  if (isOfTheJudge(file)) return objectionOfTheJudge(include);
+  if (std::regex_match(include, std::regex("(.*/)?verify/.*")))
+    return "the judge's code is the judge's alone";
   const bool inLibrary = *file.begin() == "lib";
   const std::string from = stageOf(file), to = stageOf(include);
   if (inLibrary && !from.empty() && !arrows().contains(from))

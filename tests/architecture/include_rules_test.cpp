@@ -65,6 +65,26 @@ TEST(IncludeRules, PrivateAndHeavyHeadersAreFound) {
   }
 }
 
+TEST(IncludeRules, TheJudgeSharesNothingWithWhatItJudges) {
+  for (const char* include : {"polestar/core/types.h", "polestar/pipeline.h", "cli/text.h", "support/exact.h",
+                              "../cmd_info.h", "lib/polestar/core/types.h"}) {
+    EXPECT_THAT(check("apps/verify/a.cpp", include), ElementsAre(HasSubstr("shares no code"))) << include;
+  }
+  for (const char* include :
+       {"judge_pmap.h", "openvdb/openvdb.h", "nlohmann/json.hpp", "xxhash.h", "vector"}) {
+    EXPECT_THAT(check("apps/verify/a.cpp", include), IsEmpty()) << include;
+  }
+  for (const char* file : {"lib/polestar/certify/a.cpp", "lib/polestar/pipeline.h", "apps/cmd_verify.cpp"}) {
+    for (const char* include :
+         {"verify/judge_pmap.h", "../verify/judge_pmap.h", "apps/verify/judge_pmap.h"}) {
+      EXPECT_THAT(check(file, include), ElementsAre(HasSubstr("the judge's alone"))) << file;
+    }
+  }
+  std::size_t files = 0;
+  EXPECT_THAT(checkTree(POLESTAR_SOURCE_DIR, "apps/verify", files), IsEmpty());
+  EXPECT_GT(files, 10U) << "the sources were not found";
+}
+
 TEST(IncludeRules, UnknownStagesMustBeEnteredIntoTheTable) {
   EXPECT_THAT(check("lib/polestar/newcomer/a.cpp", "polestar/core/types.h"),
               ElementsAre(HasSubstr("not in the table")));

@@ -88,13 +88,17 @@ nlohmann::json ToolRun::json() const {
 }
 
 ToolRun runTool(const std::vector<std::string>& arguments, const ToolSettings& settings) {
+  std::vector<std::string> words{POLESTAR_TOOL};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  return runProgram(words, settings);
+}
+
+ToolRun runProgram(std::vector<std::string> words, const ToolSettings& settings) {
   const ScratchFolder streams;
   const std::string in = streams.file("in", settings.input);
   const std::string out = settings.output.empty() ? streams / "out" : settings.output.string();
   const std::string err = streams / "err";
 
-  std::vector<std::string> words{POLESTAR_TOOL};
-  words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<std::string> environment = environmentWith(settings.environment);
 
   // A pipe that nobody writes to: what a person who does not type looks like.
@@ -112,10 +116,10 @@ ToolRun runTool(const std::vector<std::string>& arguments, const ToolSettings& s
   if (!settings.folder.empty()) posix_spawn_file_actions_addchdir_np(&actions, settings.folder.c_str());
 
   pid_t child = 0;
-  const int failed = posix_spawn(&child, POLESTAR_TOOL, &actions, nullptr, pointers(words).data(),
+  const int failed = posix_spawn(&child, words[0].c_str(), &actions, nullptr, pointers(words).data(),
                                  pointers(environment).data());
   posix_spawn_file_actions_destroy(&actions);
-  if (failed) throw std::runtime_error("cannot start " POLESTAR_TOOL);
+  if (failed) throw std::runtime_error("cannot start " + words[0]);
 
   ToolRun run;
   run.exitCode = waitFor(child, settings, run.hung);

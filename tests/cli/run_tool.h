@@ -34,6 +34,8 @@ struct ToolSettings {
 };
 
 ToolRun runTool(const std::vector<std::string>& arguments, const ToolSettings& settings = {});
+/// Another program: its path, then its arguments.
+ToolRun runProgram(std::vector<std::string> words, const ToolSettings& settings = {});
 
 /// A folder of its own, removed with everything in it at the end.
 class ScratchFolder {

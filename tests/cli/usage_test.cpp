@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 const std::vector<std::string>& commands() {
-  static const std::vector<std::string> names{"check", "map", "eval", "info", "render", "warp"};
+  static const std::vector<std::string> names{"check", "map", "eval", "verify", "info", "render", "warp"};
   return names;
 }
 
@@ -81,6 +81,7 @@ TEST(Usage, MistakesAreNamedAndEndWith2) {
   expectUsageError({"map", "a.obj", "-o", "a.vdb", "--core", "hard"}, "--core");
   expectUsageError({"map", "a.obj", "-o", "a.vdb", "--solver", "magic"}, "--solver");
   expectUsageError({"map", "a.obj", "-o", "a.vdb", "--device", "gpu"}, "\"gpu\"");
+  expectUsageError({"verify"}, "FILE is required");
   expectUsageError({"info"}, "FILE");
   expectUsageError({"info", "a.obj", "--devices"}, "--devices");
   expectUsageError({"eval", "a.obj"}, "--points is required");
@@ -129,6 +130,7 @@ class Outputs : public ::testing::Test {
   std::vector<OutputCase> writers() {
     return {{{"check", mesh_}, ".json"},
             {{"info", mesh_}, ".json"},
+            {{"verify", mesh_}, ".json"},
             {{"eval", mesh_, "--points", points_}, ".json"},
             {{"map", mesh_}, ".vdb"},
             {{"render", mesh_}, ".png"},

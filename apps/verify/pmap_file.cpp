@@ -1,0 +1,169 @@
+#include "pmap_file.h"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "report.h"
+
+namespace polestar::verify {
+namespace {
+
+using nlohmann::json;
+
+constexpr char kMagic[8] = {'P', 'O', 'L', 'E', 'S', 'T', 'A', 'R'};
+constexpr std::uint32_t kFormat = 2;
+constexpr std::size_t kPreamble = 16, kAlignment = 64;
+
+struct Bytes {
+  std::vector<char> all;
+  json header;
+  std::size_t data = 0;  ///< where the arrays begin
+};
+
+struct Array {
+  std::string name, type;
+  std::size_t rows = 0, columns = 0;
+  const char* begin = nullptr;
+};
+
+std::vector<char> readAll(const std::filesystem::path& path) {
+  std::error_code code;
+  if (!std::filesystem::is_regular_file(path, code)) {
+    throw Unreadable(code ? code.message() : "it is not a regular file");
+  }
+  std::vector<char> bytes(std::filesystem::file_size(path, code));
+  std::ifstream in(path, std::ios::binary);
+  if (code || !in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) {
+    throw Unreadable("it cannot be read to its end");
+  }
+  return bytes;
+}
+
+std::string hashOf(const std::string& header, const char* data, std::size_t size) {
+  const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(), &XXH3_freeState);
+  XXH3_128bits_reset(state.get());
+  XXH3_128bits_update(state.get(), header.data(), header.size());
+  XXH3_128bits_update(state.get(), data, size);
+  XXH128_canonical_t canonical;
+  XXH128_canonicalFromHash(&canonical, XXH3_128bits_digest(state.get()));
+  std::string text;
+  for (const unsigned char byte : canonical.digest) {
+    for (const int half : {byte >> 4, byte & 15}) text += "0123456789abcdef"[half];
+  }
+  return text;
+}
+
+Bytes parse(const std::filesystem::path& path) {
+  Bytes file;
+  file.all = readAll(path);
+  const std::size_t size = file.all.size();
+  if (size < kPreamble || std::memcmp(file.all.data(), kMagic, sizeof kMagic) != 0) {
+    throw Unreadable("it is no .pmap (no POLESTAR signature)");
+  }
+  std::uint32_t format = 0, length = 0;
+  std::memcpy(&format, file.all.data() + 8, sizeof format);
+  std::memcpy(&length, file.all.data() + 12, sizeof length);
+  if (format != kFormat) {
+    throw Unreadable("it has .pmap format " + std::to_string(format) + ", this program judges " +
+                     std::to_string(kFormat) + "; make the map again with polestar map");
+  }
+  if (length > size - kPreamble) throw Unreadable("it ends within its header");
+  const char* text = file.all.data() + kPreamble;
+  file.header = json::parse(text, text + length, nullptr, false);
+  if (!file.header.is_object() || !file.header.contains("hash")) throw Unreadable("its header is damaged");
+  file.data = std::min((kPreamble + length + kAlignment - 1) / kAlignment * kAlignment, size);
+  json others = file.header;
+  others.erase("hash");
+  if (file.header["hash"] != hashOf(others.dump(), file.all.data() + file.data, size - file.data)) {
+    throw Unreadable("it is damaged: its hash does not match");
+  }
+  return file;
+}
+
+std::vector<Array> arraysOf(const Bytes& file) {
+  std::vector<Array> arrays;
+  for (const json& entry : file.header.at("arrays")) {
+    Array array{entry.at("name"), entry.at("type"), entry.at("shape").at(0), entry.at("shape").at(1)};
+    const std::size_t bytes = array.type == "int32" ? 4 : array.type == "float64" ? 8 : 0;
+    if (bytes == 0) continue;  // of a later version, and no concern of ours
+    const std::size_t offset = entry.at("offset"), available = file.all.size() - file.data;
+    if (array.columns == 0 || array.columns > 64 || offset > available ||
+        array.rows > (available - offset) / (array.columns * bytes)) {
+      throw Unreadable("its array '" + array.name + "' is larger than the file");
+    }
+    array.begin = file.all.data() + file.data + offset;
+    arrays.push_back(array);
+  }
+  return arrays;
+}
+
+template <class Row>
+std::vector<Row> take(const std::vector<Array>& arrays, const std::string& name, const std::string& type,
+                      std::size_t rows) {
+  for (const Array& array : arrays) {
+    if (array.name != name) continue;
+    if (array.type != type || array.columns != 3 || (rows != 0 && array.rows != rows)) {
+      throw Unreadable("its array '" + name + "' has the wrong type or size");
+    }
+    std::vector<Row> values(array.rows);
+    static_assert(sizeof(Row) == (std::is_same_v<Row, Vec3> ? 24 : 12));
+    if (array.rows > 0) {
+      std::memcpy(static_cast<void*>(values.data()), array.begin, array.rows * sizeof(Row));
+    }
+    return values;
+  }
+  throw Unreadable("its array '" + name + "' is missing");
+}
+
+void countNotFinite(const std::vector<Array>& arrays, PmapContents& contents) {
+  for (const Array& array : arrays) {
+    if (array.type != "float64") continue;
+    for (std::size_t i = 0; i < array.rows * array.columns; ++i) {
+      double value = 0;
+      std::memcpy(&value, array.begin + 8 * i, sizeof value);
+      if (std::isfinite(value)) continue;
+      if (contents.notFinite++ == 0) {
+        contents.firstNotFinite = array.name + " row " + std::to_string(i / array.columns);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+PmapContents readPmap(const std::filesystem::path& path) try {
+  const Bytes file = parse(path);
+  const std::vector<Array> arrays = arraysOf(file);
+  PmapContents contents;
+  contents.vertices = take<Vec3>(arrays, "vertices", "float64", 0);
+  contents.triangles = take<Triangle>(arrays, "triangles", "int32", 0);
+  const std::size_t n = contents.vertices.size();
+  for (const Triangle& t : contents.triangles) {
+    for (const std::int32_t v : t) {
+      if (v < 0 || static_cast<std::size_t>(v) >= n) {
+        throw Unreadable("a triangle names vertex " + std::to_string(v) + ", which is not there");
+      }
+    }
+  }
+  contents.radii = file.header.at("levels").get<std::vector<double>>();
+  contents.levels = contents.radii.size();
+  contents.radiusIsOfGreen = !file.header.contains("radius") || file.header["radius"] == "green";
+  if (contents.levels == 0) throw Unreadable("it has no levels");
+  if (n > file.all.size() || contents.levels > file.all.size()) throw Unreadable("it has impossible sizes");
+  contents.nodes = take<Vec3>(arrays, "nodes_inner", "float64", contents.levels * n + 1);
+  contents.ball = take<Vec3>(arrays, "ball", "float64", contents.levels * n + 1);
+  for (int k = 0; k < 3; ++k) contents.center[k] = file.header.at("center").at(static_cast<std::size_t>(k));
+  contents.unit = file.header.at("unit");
+  countNotFinite(arrays, contents);
+  return contents;
+} catch (const json::exception& error) {
+  throw Unreadable(std::string("its header lacks something: ") + error.what());
+}
+
+}  // namespace polestar::verify

@@ -1,0 +1,38 @@
+#pragma once
+// Reads what the theorem is about from a .pmap.
+//
+// Layout (little endian): "POLESTAR", uint32 format, uint32 length of the header, the header as JSON, zeros
+// up to a multiple of 64; then the arrays, at offsets that the header names. `hash` in the header is the
+// 128-bit XXH3 of the header without its hash and of all that follows the header.
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "vec3.h"
+
+namespace polestar::verify {
+
+using Triangle = std::array<std::int32_t, 3>;
+
+/// Nodes: level * vertices.size() + vertex, levels from the surface (0) inward, and one more for the center.
+struct PmapContents {
+  std::vector<Vec3> vertices;       ///< of the surface, mesh units
+  std::vector<Triangle> triangles;  ///< of the surface
+  std::size_t levels = 0;
+  std::vector<double> radii;    ///< R of every level by Green's function
+  bool radiusIsOfGreen = true;  ///< R is the radius in the ball, too, not only what decides it
+  std::vector<Vec3> nodes;      ///< in the solid; inner frame: (mesh - center) / unit
+  std::vector<Vec3> ball;       ///< their images in the unit ball
+  Vec3 center;                  ///< mesh units
+  double unit = 1;
+  std::size_t notFinite = 0;   ///< numbers of the file's arrays that are NaN or infinite
+  std::string firstNotFinite;  ///< where
+};
+
+/// @throws Unreadable for what is missing, damaged, of another format, or names what is not there.
+PmapContents readPmap(const std::filesystem::path& path);
+
+}  // namespace polestar::verify
