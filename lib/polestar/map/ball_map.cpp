@@ -53,6 +53,7 @@ struct BallMap::Data {
   GreenChart chart;
   SphereMap sphere;
   BallMapOptions options;
+  RadiusProfile radius;
   std::string coreFallbackReason;
   std::size_t levelFlips;
   FoliationTable table;
@@ -82,19 +83,19 @@ struct BallMap::Data {
   /// First guess of the inverse: the triangle of phi around the direction, carried down its column of prisms.
   Vec3 guess(const Vec3& y) const {
     const Foliation& f = chart.foliation();
-    const double radius = y.norm();
+    const double greenRadius = radius.inverse(y.norm());
     std::size_t layer = 0;
-    while (layer + 1 < f.levels.size() && f.levels[layer + 1] > radius) ++layer;
+    while (layer + 1 < f.levels.size() && f.levels[layer + 1] > greenRadius) ++layer;
     const auto hit = boundary.locate(y);
-    if (!hit) return 0.5 * radius * chart.green().harmonicRadius() * y.normalized();
+    if (!hit) return 0.5 * greenRadius * chart.green().harmonicRadius() * y.normalized();
     const Triangle& t = f.triangles[hit->triangle];
     auto at = [&](std::size_t level) {
       Vec3 p = Vec3::Zero();
       for (int k = 0; k < 3; ++k) p += hit->weights[k] * f.node(level, t[k]);
       return p;
     };
-    if (layer + 1 == f.levels.size()) return radius / f.levels.back() * at(layer);
-    const double share = (f.levels[layer] - radius) / (f.levels[layer] - f.levels[layer + 1]);
+    if (layer + 1 == f.levels.size()) return greenRadius / f.levels.back() * at(layer);
+    const double share = (f.levels[layer] - greenRadius) / (f.levels[layer] - f.levels[layer + 1]);
     return (1 - share) * at(layer) + share * at(layer + 1);
   }
 
@@ -105,9 +106,9 @@ struct BallMap::Data {
 Vec3 BallMap::Data::invert(const Vec3& y, std::size_t& hint) const {
   constexpr int kIterations = 50, kHalvings = 12;
   constexpr double kTolerance = 1e-13, kAcceptable = 1e-7;
-  const double radius = y.norm();
-  if (!(radius <= 1 + 1e-9)) return kNowhere;
-  if (radius == 0) return Vec3::Zero();
+  const double length = y.norm();
+  if (!(length <= 1 + 1e-9)) return kNowhere;
+  if (length == 0) return Vec3::Zero();
 
   Vec3 x = guess(y);
   auto value = at(x, hint, true);
@@ -136,14 +137,16 @@ Vec3 BallMap::Data::invert(const Vec3& y, std::size_t& hint) const {
     if (!improved) break;
   }
   // R reaches 1 a little inside where h is interpolated: accept what lies that close to the boundary.
-  return rest.norm() < std::max(kAcceptable, radius > 0.98 ? 1e-3 : 0.0) ? x : kNowhere;
+  const double nearBoundary = 1e-3 * std::max(1.0, radius.derivative(1));
+  return rest.norm() < std::max(kAcceptable, length > 0.98 ? nearBoundary : 0.0) ? x : kNowhere;
 }
 
-BallMap::BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options) {
+BallMap::BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options, RadiusProfile radius) {
   options.validate();
   const TriMesh& mesh = chart.green().shape().mesh();
   const Foliation& f = chart.foliation();
   BallMapOptions used = options;
+  if (sphere.kind == SphereMapKind::fieldLine) used.core = CoreMode::paper;  // the identity is a rotation
   std::string reason;
   const std::vector<double> area = vertexAreas(mesh);
   auto build = [&] {
@@ -162,10 +165,10 @@ BallMap::BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& optio
     flips = countLevelFlips(f, directions);
   }
   SphereLocator surface(mesh.vertices, mesh.triangles), boundary(sphere.directions, mesh.triangles);
-  FoliationTable table(chart, std::move(directions));
-  data_ =
-      std::make_shared<const Data>(Data{std::move(chart), std::move(sphere), used, std::move(reason), flips,
-                                        std::move(table), std::move(surface), std::move(boundary)});
+  FoliationTable table(chart, std::move(directions), radius);
+  data_ = std::make_shared<const Data>(Data{std::move(chart), std::move(sphere), used, std::move(radius),
+                                            std::move(reason), flips, std::move(table), std::move(surface),
+                                            std::move(boundary)});
 }
 
 void BallMap::forward(std::span<const Vec3> solid, std::span<Vec3> domain) const {
@@ -225,6 +228,7 @@ void BallMap::sample(std::span<const Vec3> solid, std::span<Vec3> domain, std::s
 
 const GreenChart& BallMap::chart() const { return data_->chart; }
 const SphereMap& BallMap::sphere() const { return data_->sphere; }
+const RadiusProfile& BallMap::radius() const { return data_->radius; }
 const BallMapOptions& BallMap::options() const { return data_->options; }
 const std::string& BallMap::coreFallbackReason() const { return data_->coreFallbackReason; }
 std::span<const Vec3> BallMap::nodeDirections() const { return data_->table.nodeDirections(); }

@@ -1,15 +1,17 @@
 #pragma once
-// The map of a star-shaped solid onto the unit ball: f(x) = R(x) A_R(omega(x)). [Xia 2010, sec. 4.1,
-// algorithm 1; the core and the interpolation: docs/method.md]
+// The map of a star-shaped solid onto the unit ball: f(x) = s(R(x)) A_R(omega(x)). [Xia 2010, sec. 4.1,
+// algorithm 1, where s = R; the radius s, the core and the interpolation: docs/method.md]
 //
 // R and omega are the canonical coordinates (chart/), A_R carries directions of field lines at the center to
 // boundary parameters: A(omega of q's line) = phi(q). With A the same at all R ("paper"), f has a kink at the
 // center unless A is a rotation; so by default A_R turns into the rotation closest to A within the core.
+// Where phi is omega itself (`field-line`) A is the identity and needs no core.
 
 #include <memory>
 #include <string>
 
 #include "polestar/chart/green_chart.h"
+#include "polestar/map/radius_profile.h"
 #include "polestar/map/volume_map.h"
 #include "polestar/sphere/sphere_map.h"
 
@@ -32,7 +34,7 @@ struct BallMapOptions {
 /// of the solid in mesh units, of the domain in the unit ball.
 class BallMap final : public VolumeMap {
  public:
-  BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options = {});
+  BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options = {}, RadiusProfile radius = {});
 
   void forward(std::span<const Vec3> solid, std::span<Vec3> domain) const override;
   void inverse(std::span<const Vec3> domain, std::span<Vec3> solid) const override;
@@ -44,7 +46,9 @@ class BallMap final : public VolumeMap {
 
   const GreenChart& chart() const;
   const SphereMap& sphere() const;
-  /// What was built: `core` may be `paper` where `smooth` was asked; then coreFallbackReason() says why.
+  const RadiusProfile& radius() const;
+  /// What was built: `core` may be `paper` where `smooth` was asked; then coreFallbackReason() says why,
+  /// unless phi is `field-line`.
   const BallMapOptions& options() const;
   const std::string& coreFallbackReason() const;
   /// Direction of every node of the foliation but the center: A_R(omega), unit vectors.

@@ -48,7 +48,7 @@ struct TracedBallMap::Data {
     const Triangle& t = chart().foliation().triangles[cell->triangle];
     Vec3 phi = Vec3::Zero();
     for (int k = 0; k < 3; ++k) phi += cell->weights[k] * table.sphere().directions[t[k]];
-    return radius * isotopy.direction(radius, direction, phi.normalized());
+    return table.radius().value(radius) * isotopy.direction(radius, direction, phi.normalized());
   }
 
   // The table's Jacobian is close to this map's: each correction gains about two digits.

@@ -1,6 +1,7 @@
 #pragma once
 // Maps of the boundary surface onto the unit sphere: the map phi of [Xia 2010, sec. 4.1, step 3].
 
+#include <array>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -13,8 +14,16 @@ namespace polestar {
 
 enum class SphereMapKind {
   conformal,  ///< angle-preserving, mass-centered: the paper's choice
-  radial      ///< v / |v| from the center: always one to one on a star shape; the fallback
+  fieldLine,  ///< omega: where the field line of the vertex enters the center; needs the chart
+  radial,     ///< v / |v| from the center: always one to one on a star shape; the fallback
+  balanced    ///< least distortion of the solid's cells; needs the chart (map/balanced.h)
 };
+
+inline constexpr std::array kSphereMapKinds{SphereMapKind::conformal, SphereMapKind::fieldLine,
+                                            SphereMapKind::radial, SphereMapKind::balanced};
+
+/// "conformal", "field-line", "radial" or "balanced".
+const char* toString(SphereMapKind kind);
 
 /// Unit vectors, one a vertex; linear (then normalized) on the triangles.
 struct SphereMap {
@@ -57,6 +66,19 @@ struct ConformalOptions {
 /// [Gu et al. 2004; Bobenko, Springborn 2007; Baden, Crane, Kazhdan 2018; Xia 2010, sec. 4.1, step 3]
 SphereMap conformalSphereMap(const StarShape& shape, const ConformalOptions& options = {},
                              Context& context = Context::quiet());
+
+/// The map that sends every vertex to the direction `omega` of its field line, with which the ball map's
+/// iso-surfaces and radii are orthogonal everywhere and smooth at the center.
+///
+/// In deep dents the triangles of omega get smaller than the error of the field lines: flipped ones are
+/// turned back as for the conformal map, and `repairedVertices` says how many vertices were free to move.
+/// Where that fails the conformal map is returned, `fallbackReason` says why, and the context gets a warning.
+/// @throws Error{Errc::usage} when there is not one direction a vertex, Error{Errc::cancelled}
+SphereMap fieldLineSphereMap(const StarShape& shape, std::span<const Vec3> omega,
+                             Context& context = Context::quiet());
+
+/// A map of any origin with its flips and its distortion of angles measured.
+SphereMap measuredSphereMap(const StarShape& shape, SphereMapKind kind, std::vector<Vec3> directions);
 
 /// Number of triangles whose images are not positively oriented, by exact predicates.
 std::size_t countFlips(std::span<const Vec3> directions, const std::vector<Triangle>& triangles);

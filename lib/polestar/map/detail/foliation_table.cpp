@@ -7,8 +7,8 @@
 
 namespace polestar::detail {
 
-FoliationTable::FoliationTable(GreenChart chart, std::vector<Vec3> nodeDirections)
-    : chart_(std::move(chart)), nodeDirections_(std::move(nodeDirections)) {
+FoliationTable::FoliationTable(GreenChart chart, std::vector<Vec3> nodeDirections, RadiusProfile radius)
+    : chart_(std::move(chart)), nodeDirections_(std::move(nodeDirections)), radius_(std::move(radius)) {
   const Foliation& f = chart_.foliation();
   nodeGreen_.assign(f.centerNode(), 0.0);
   for (std::size_t id = f.vertexCount; id < nodeGreen_.size(); ++id) {
@@ -110,14 +110,16 @@ FoliationTable::Value FoliationTable::evaluate(const Vec3& x, const Location& lo
   Vec3 ball = Vec3::Zero();
   for (int k = 0; k < 4; ++k) {
     const std::uint32_t id = node[k];
-    image[k] = id < nodeDirections_.size() ? Vec3(f.levels[id / f.vertexCount] * nodeDirections_[id])
-                                           : Vec3(Vec3::Zero());
+    image[k] = id < nodeDirections_.size()
+                   ? Vec3(radius_.value(f.levels[id / f.vertexCount]) * nodeDirections_[id])
+                   : Vec3(Vec3::Zero());
     ball += location.weights[k] * image[k];
   }
   const double length = ball.norm();
   Value value;
   value.green = potential.green;
-  value.ballRadius = x.squaredNorm() > 0 ? std::min(1.0, 1 / (1 + rho * potential.green)) : 0;
+  const double greenRadius = x.squaredNorm() > 0 ? std::min(1.0, 1 / (1 + rho * potential.green)) : 0;
+  value.ballRadius = radius_.value(greenRadius);
   value.direction = length > 0 ? Vec3(ball / length) : Vec3(Vec3::UnitX());
   if (!withJacobian) return value;
 
@@ -127,9 +129,10 @@ FoliationTable::Value FoliationTable::evaluate(const Vec3& x, const Location& lo
         k > 0 ? Vec3(weightGradients.row(k - 1)) : Vec3(-weightGradients.colwise().sum());
     slope += image[k] * weightGradient.transpose();
   }
-  const Vec3 gradientOfR = -rho * value.ballRadius * value.ballRadius * potential.gradient;
+  const Vec3 gradientOfRadius =
+      -radius_.derivative(greenRadius) * rho * greenRadius * greenRadius * potential.gradient;
   const Vec3& u = value.direction;
-  value.jacobian = u * gradientOfR.transpose() +
+  value.jacobian = u * gradientOfRadius.transpose() +
                    value.ballRadius / length * (Mat3::Identity() - u * u.transpose()) * slope;
   return value;
 }

@@ -6,6 +6,7 @@
 
 #include "polestar/chart/green_chart.h"
 #include "polestar/core/detail/aabb_tree.h"
+#include "polestar/map/radius_profile.h"
 
 namespace polestar::detail {
 
@@ -13,7 +14,7 @@ namespace polestar::detail {
 class FoliationTable {
  public:
   /// `nodeDirections`: one a node but the center.
-  FoliationTable(GreenChart chart, std::vector<Vec3> nodeDirections);
+  FoliationTable(GreenChart chart, std::vector<Vec3> nodeDirections, RadiusProfile radius);
 
   struct Location {
     std::size_t cell = 0;
@@ -26,7 +27,7 @@ class FoliationTable {
 
   struct Value {
     double green;       ///< 1/|x| + interpolated h; 0 on the surface and positive inside
-    double ballRadius;  ///< in [0, 1], 1 on the surface alone
+    double ballRadius;  ///< s(R) in [0, 1], 1 on the surface alone
     Vec3 direction;     ///< unit
     Mat3 jacobian;      ///< of ballRadius * direction; only when asked for
   };
@@ -44,6 +45,7 @@ class FoliationTable {
 
   GreenChart chart_;
   std::vector<Vec3> nodeDirections_;
+  RadiusProfile radius_;
   std::vector<double> nodeGreen_;  ///< G at every node but the center; 0 on the surface
   AabbTree tree_;
 };
