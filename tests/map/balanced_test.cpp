@@ -91,7 +91,7 @@ TEST(Balanced, DoesNotDependOnTheStart) {
   double apart = 0;
   for (std::size_t i = 0; i < a.sphere.directions.size(); ++i)
     apart = std::max(apart, (a.sphere.directions[i] - b.sphere.directions[i]).norm());
-  EXPECT_LT(apart, 0.02);
+  EXPECT_LT(apart, 0.03);  // an edge is 0.15
 }
 
 TEST(Balanced, LeavesABallAlone) {

@@ -251,9 +251,10 @@ TEST(ConformalMap, OfRegularBodiesIsRadial) {
 
 TEST(ConformalMap, WithoutInnerVerticesIsFoundWithoutFlips) {
   // Lids without inner vertices: the harmonic map draws their rims together to points.
-  const TriMesh mesh = testing::drum(60, 3);
+  const TriMesh mesh = transformed(testing::drum(60, 3),
+                                   [](const Vec3& v) { return Vec3(2 * v[0], v[1] + 0.1 * v[2], v[2]); });
   const SphereMap map = conformal(mesh);
-  EXPECT_LT(map.qcMean, 0.9 * radialMap(mesh).qcMean);
+  EXPECT_LT(map.qcMean, radialMap(mesh).qcMean - 0.01);
   EXPECT_EQ(map.repairedVertices, mesh.vertices.size());
   const TriMesh turned = transformed(mesh, [](const Vec3& v) { return Vec3(someRotation() * v); });
   EXPECT_LT(largestDifference(conformal(turned).directions, rotated(someRotation(), map.directions)), 1e-4);

@@ -86,16 +86,21 @@ class ConformalSolver {
       if (error.code() != Errc::notConverged) throw;
       return error.what();
     }
+    // Already centered to a few more digits; where triangles are needles these may cost flips.
     std::vector<Vec3> centered = directions_;
     centerAndAlign(centered);
-    if (countFlips(centered, mesh_.triangles) > 0) return "centering it would flip triangles";
-    directions_ = std::move(centered);
+    if (countFlips(centered, mesh_.triangles) == 0) {
+      directions_ = std::move(centered);
+    } else {
+      align(directions_);
+      if (countFlips(directions_, mesh_.triangles) > 0) return "turning it would flip needles";
+    }
     return objectionToDistortion();
   }
 
   std::string objectionToDistortion() const {
     const double mean = angleDistortion(mesh_, directions_).mean;
-    if (mean <= radial_.qcMean) return {};
+    if (mean <= radial_.qcMean * (1 + 1e-9)) return {};
     return formatted("it would distort angles by %.4g on average, the radial map does by %.4g", mean,
                      radial_.qcMean);
   }
@@ -130,6 +135,10 @@ class ConformalSolver {
 
   void centerAndAlign(std::vector<Vec3>& directions) const {
     centerByMoebius(directions, areas_);
+    align(directions);
+  }
+
+  void align(std::vector<Vec3>& directions) const {
     const Mat3 turn = bestRotation(directions, radial_.directions, areas_);
     for (Vec3& s : directions) s = (turn * s).normalized();
   }

@@ -26,6 +26,13 @@ constexpr int kUntangleRounds = 80;
 constexpr int kStepsPerRound = 20;
 constexpr int kPolishSteps = 1000;
 constexpr int kDescentRounds = 40, kDescentSteps = 50;
+/// Triangles visited by the whole descent: about ten seconds.
+constexpr double kDescentWork = 1e8;
+/// Distance of a flat triangle's plane from the center below which it is held: corners 70 degrees from its
+/// middle.
+constexpr double kLowPlane = 0.33;
+/// Length of the mean direction that counts as none.
+constexpr double kCentered = 1e-11;
 /// Share of the energy that a round of the descent has to gain for another one.
 constexpr double kDescentGain = 1e-5;
 /// Widths, in edges, of the patches around flipped triangles that may move.
@@ -101,8 +108,12 @@ class FlipFreeEnergy final : public SphereEnergy {
   /// 0: the barrier itself.
   void setRegularization(double epsilon) { epsilon_ = epsilon; }
   /// The barrier, with the area of the flat triangle between the images: exactly what is distorted, 1 where
-  /// the polyhedron itself has its corners on a sphere. Steps across a flip are refused.
+  /// the polyhedron itself has its corners on a sphere. Large triangles are kept from flipping, their planes
+  /// from passing the center, by a term of their own.
   void measureFlatTriangles() { epsilon_ = 0, flat_ = true; }
+
+  /// Moves the mean that is pulled to 0.
+  void biasCenter(const Vec3& bias) { fixedCenter_ += bias; }
 
   /// Smallest y: not positive while a triangle is flipped.
   double worstRatio(std::span<const Vec3> points) const {
@@ -131,12 +142,18 @@ class FlipFreeEnergy final : public SphereEnergy {
       x /= term.area;
       double y = signedArea(s[0], s[1], s[2]) / term.area;
       Vec3 normal;
+      double byHeight = 0, height = 1;
       if (flat_) {
         if (!(y > 0)) return std::numeric_limits<double>::infinity();
         normal = (s[1] - s[0]).cross(s[2] - s[0]);
         const double length = normal.norm();
+        height = y * term.area / (0.5 * length);
         y = 0.5 * length / term.area;
         normal /= length;
+        if (const double missing = kLowPlane - height; missing > 0) {
+          energy += term.weight * missing * missing / height;
+          byHeight = -term.weight * missing / height * (2 + missing / height) / (y * term.area);
+        }
       }
       const double root = std::hypot(y, epsilon_);
       const double chi = y > 0 ? 0.5 * (y + root) : 0.5 * epsilon_ * epsilon_ / (root - y);
@@ -152,6 +169,7 @@ class FlipFreeEnergy final : public SphereEnergy {
         const int l = (k + 1) % 3, m = (k + 2) % 3;
         gradient[i] += byX * (term.halfCotangent[m] * (s[k] - s[l]) + term.halfCotangent[l] * (s[k] - s[m]));
         gradient[i] += 0.5 * byY * (flat_ ? normal : s[l]).cross(s[m] - s[l]);
+        if (byHeight != 0) gradient[i] += 0.5 * byHeight * (s[l] - height * normal).cross(s[m] - s[l]);
       }
     }
     return energy;
@@ -333,19 +351,28 @@ void descendFlipFree(const TriMesh& mesh, std::span<const double> areaShares, st
                      const Context& context) {
   const std::vector<char> all(mesh.vertices.size(), 1);
   double last = std::numeric_limits<double>::infinity();
-  for (int round = 0; round < kDescentRounds; ++round) {
+  Vec3 bias = Vec3::Zero();
+  const auto affordable = static_cast<int>(kDescentWork / static_cast<double>(mesh.triangles.size() + 1));
+  const int rounds = std::clamp(affordable / kDescentSteps, 4, kDescentRounds);
+  for (int round = 0; round < rounds; ++round) {
     // Anew from where it stands: what is stiff depends on the sizes of the images.
     FlipFreeEnergy energy(mesh, areaShares, all, directions);
     if (!energy.resolved()) return;
     energy.measureFlatTriangles();
+    energy.biasCenter(bias);
     std::vector<Vec3> moved = directions;
     const DescentResult descent = descendOnSpheres(
         energy, moved, {.maxIterations = kDescentSteps, .tolerance = energy.negligible()}, context);
     // Rounding can turn over what the barrier holds by less than rounding.
     if (!flippedTriangles(moved, mesh.triangles).empty()) return;
     directions = std::move(moved);
-    if (descent.converged || !(descent.energy < (1 - kDescentGain) * last)) return;
-    last = descent.energy;
+    Vec3 center = Vec3::Zero();
+    for (std::size_t i = 0; i < directions.size(); ++i) center += areaShares[i] * directions[i];
+    const bool still = descent.converged || !(descent.energy < (1 - kDescentGain) * last);
+    if (still && center.norm() < kCentered) return;
+    // A penalty alone leaves the mean where it balances the energy. [Hestenes 1969, multipliers]
+    bias += center;
+    last = still ? std::numeric_limits<double>::infinity() : descent.energy;
   }
 }
 

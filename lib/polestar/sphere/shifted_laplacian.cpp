@@ -158,7 +158,8 @@ ShiftedLaplacian::ShiftedLaplacian(const Laplacian& laplacian, std::span<const d
                                    std::span<const Vec3> positions)
     : elimination_(nestedDissection(laplacian, positions)), blocks_(elimination_.parts.size()) {
   if (!Factorization(laplacian, shift, elimination_, blocks_).run()) {
-    throw Error(Errc::notConverged, "a Laplacian is not positive definite to rounding (triangles of nearly no area)");
+    throw Error(Errc::notConverged,
+                "a Laplacian is not positive definite to rounding (triangles of nearly no area)");
   }
 }
 

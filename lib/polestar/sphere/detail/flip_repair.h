@@ -49,7 +49,8 @@ FlipsTurned turnFlipsBack(const TriMesh& mesh, std::span<const double> areaShare
 
 /// Moves all vertices from a map without flips down to the minimum of the MIPS energy of the flat triangles
 /// between the images, through maps without flips alone: what is left to do where the harmonic map flips more
-/// than can be turned back. Ends where the energy no longer falls by much, or after a few seconds.
+/// than can be turned back. Ends where the energy no longer falls by much and the area-weighted mean of the
+/// directions is 0, or after a few seconds.
 /// @throws Error{Errc::notConverged} when a preconditioner cannot be factorized, Error{Errc::cancelled}
 void descendFlipFree(const TriMesh& mesh, std::span<const double> areaShares, std::vector<Vec3>& directions,
                      const Context& context);
