@@ -74,7 +74,7 @@ TEST(Balanced, BeatsTheOtherChoicesAtItsOwnMeasure) {
   for (const SphereMap& sphere : {fieldLines(), radialSphereMap(shape), conformalSphereMap(shape)}) {
     for (const RadiusKind kind : {RadiusKind::green, RadiusKind::volume, RadiusKind::mixed}) {
       const double other =
-          energyOf(chart(), sphere.directions, radiusProfile(kind, chart().foliation()), 0.05);
+          energyOf(chart(), sphere.directions, radiusProfile(kind, chart().foliation()), 0.03);
       EXPECT_LT(balanced.after, other) << toString(sphere.kind) << ", " << toString(kind);
     }
   }

@@ -16,7 +16,7 @@
 namespace polestar {
 
 struct BalanceOptions {
-  double volumeWeight = 0.05;  ///< 0: angles alone; 0.03 to 0.1 even volumes out at little cost in angles
+  double volumeWeight = 0.03;  ///< 0: angles alone; 0.03 to 0.1 even volumes out at little cost in angles
   int rounds = 4;              ///< of the sphere map and the radius in turn; 0: the radius alone
   int stepsPerRound = 12;      ///< of the descent of the sphere map
 

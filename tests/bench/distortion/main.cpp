@@ -6,11 +6,11 @@
 #include <chrono>
 #include <cstdio>
 #include <exception>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "harmonic.h"
 #include "measures.h"
 #include "polestar/pipeline.h"
 #include "support/meshes.h"
@@ -26,7 +26,7 @@ struct Choice {
   const char* name;
   SphereMapKind boundary;
   RadiusKind radius;
-  double volumeWeight = 0.05;
+  double volumeWeight = 0.03;
 };
 
 constexpr Choice kChoices[] = {
@@ -49,13 +49,68 @@ struct Line {
   HexDistortion hex;
 };
 
-/// Sums of how often and by how much a choice was the best one.
+/// Of one choice over all models.
 struct Score {
   int bestMips = 0, bestVolume = 0, bestHex = 0;
+  int mipsBeatsHarmonic = 0, hexBeatsHarmonic = 0;
   double mips = 0, volume = 0, hex = 0;
 };
 
-std::vector<Line> measureModel(const std::string& name, const std::filesystem::path& path) {
+struct ModelLines {
+  std::vector<Line> choices;
+  std::optional<Line> harmonic;
+};
+
+void printLine(const std::string& name, const Line& line, const std::string& rest) {
+  const auto& [solid, hex] = line;
+  std::printf("| %s | %.4f | %.3f | %.3f | %zu | %.3f | %.3f | %.3f | %zu | %s |\n", name.c_str(),
+              solid.mipsMean, solid.mipsP99, solid.logVolumeDeviation, solid.folded, hex.min, hex.p1,
+              hex.mean, hex.bad, rest.c_str());
+  std::fflush(stdout);
+}
+
+std::string formatted(const char* format, double a, const char* b, double c) {
+  char text[96];
+  std::snprintf(text, sizeof text, format, a, b, c);
+  return text;
+}
+
+Line measureChoice(const GreenChart& chart, const Choice& choice) {
+  MapOptions options;
+  options.boundary = choice.boundary;
+  options.radius = choice.radius;
+  options.balance.volumeWeight = choice.volumeWeight;
+  const auto start = std::chrono::steady_clock::now();
+  const BoundaryChoice boundary = chooseBoundary(chart, options);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const BallMap map(chart, boundary.sphere, options.ball, boundary.radius);
+  const Line line{measureSolid(map, chart.green().shape(), kPoints), measureHexahedra(map, kHexahedra)};
+  std::string name = choice.name;
+  if (boundary.sphere.kind != choice.boundary)
+    name += std::string(" (fell back to ") + toString(boundary.sphere.kind) + ")";
+  printLine(name, line,
+            formatted("%.3f | %s | %.2f", boundary.sphere.qcMean,
+                      map.options().core == CoreMode::smooth ? "smooth" : "paper", seconds));
+  return line;
+}
+
+std::optional<Line> measureHarmonic(const StarShape& shape) {
+  const SphereMap boundary = conformalSphereMap(shape);
+  const auto start = std::chrono::steady_clock::now();
+  const std::optional<HarmonicMap> map = HarmonicMap::make(shape, boundary);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (!map) {
+    std::printf("\nNo harmonic map: `tetgen` is not installed.\n");
+    return std::nullopt;
+  }
+  const Line line{measureSolid(*map, shape, kPoints), measureHexahedra(*map, kHexahedra)};
+  printLine("harmonic map (" + std::to_string(map->inverted()) + " of " + std::to_string(map->tetrahedra()) +
+                " tetrahedra inverted)",
+            line, formatted("%.3f | %s | %.2f", boundary.qcMean, "", seconds));
+  return line;
+}
+
+ModelLines measureModel(const std::string& name, const std::filesystem::path& path) {
   const StarShape shape = testing::starShapeFromFile(path);
   const GreenFunction green = solveGreen(shape);
   const GreenChart chart = traceChart(green);
@@ -68,33 +123,17 @@ std::vector<Line> measureModel(const std::string& name, const std::filesystem::p
       "| boundary, radius | MIPS mean | MIPS p99 | log volume | folded | hex min | hex p1 | hex mean | bad "
       "hex "
       "| qc mean | core | s |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
-  std::vector<Line> lines;
+  ModelLines lines;
   for (const Choice& choice : kChoices) {
     std::fprintf(stderr, "%s: %s\n", name.c_str(), choice.name);
-    MapOptions options;
-    options.boundary = choice.boundary;
-    options.radius = choice.radius;
-    options.balance.volumeWeight = choice.volumeWeight;
-    const auto start = std::chrono::steady_clock::now();
-    const BoundaryChoice boundary = chooseBoundary(chart, options);
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    const BallMap map(chart, boundary.sphere, options.ball, boundary.radius);
-    lines.push_back({measureSolid(map, shape, kPoints), measureHexahedra(map, kHexahedra)});
-    const auto& [solid, hex] = lines.back();
-    std::printf("| %s%s | %.4f | %.3f | %.3f | %zu | %.3f | %.3f | %.3f | %zu | %.3f | %s | %.2f |\n",
-                choice.name,
-                boundary.sphere.kind == choice.boundary
-                    ? ""
-                    : (std::string(" (fell back to ") + toString(boundary.sphere.kind) + ")").c_str(),
-                solid.mipsMean, solid.mipsP99, solid.logVolumeDeviation, solid.folded, hex.min, hex.p1,
-                hex.mean, hex.bad, boundary.sphere.qcMean,
-                map.options().core == CoreMode::smooth ? "smooth" : "paper", seconds);
-    std::fflush(stdout);
+    lines.choices.push_back(measureChoice(chart, choice));
   }
+  lines.harmonic = measureHarmonic(shape);
   return lines;
 }
 
-void addScores(const std::vector<Line>& lines, std::vector<Score>& scores) {
+void addScores(const ModelLines& model, std::vector<Score>& scores) {
+  const std::vector<Line>& lines = model.choices;
   std::size_t mips = 0, volume = 0, hex = 0;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     if (lines[i].solid.mipsMean < lines[mips].solid.mipsMean) mips = i;
@@ -103,6 +142,9 @@ void addScores(const std::vector<Line>& lines, std::vector<Score>& scores) {
     scores[i].mips += lines[i].solid.mipsMean;
     scores[i].volume += lines[i].solid.logVolumeDeviation;
     scores[i].hex += lines[i].hex.p1;
+    if (!model.harmonic) continue;
+    scores[i].mipsBeatsHarmonic += lines[i].solid.mipsMean < model.harmonic->solid.mipsMean;
+    scores[i].hexBeatsHarmonic += lines[i].hex.p1 > model.harmonic->hex.p1;
   }
   ++scores[mips].bestMips, ++scores[volume].bestVolume, ++scores[hex].bestHex;
 }
@@ -125,6 +167,9 @@ int run(const std::vector<std::string>& wanted) {
       "- *hex*: scaled Jacobian of %d hexahedra that are even in the ball (cubed sphere, layers from 0.1 to "
       "1):\n"
       "  the worst, the 1st percentile and the mean. *bad*: not positive, or a corner without a preimage.\n"
+      "- *harmonic map*: three harmonic functions on TetGen's tetrahedra with the conformal map on the "
+      "surface, linear\n"
+      "  in each; the tetrahedra are about as large as the surface's triangles.\n"
       "- *balanced 0.05*: the weight of the volume term. *core*: smooth, or the paper's. *s*: seconds for "
       "sphere map\n"
       "  and radius, after the trace.\n",
@@ -140,14 +185,18 @@ int run(const std::vector<std::string>& wanted) {
     }
   }
   std::printf(
-      "\n## All %d models\n\nHow often a choice is the best of the table, and its mean over the models.\n\n"
-      "| boundary, radius | best MIPS | best volume | best hex p1 | MIPS mean | log volume | hex p1 |\n"
-      "|---|---|---|---|---|---|---|\n",
+      "\n## All %d models\n\nHow often a choice is the best of them and better than the harmonic map, and "
+      "its mean\n"
+      "over the models.\n\n"
+      "| boundary, radius | best MIPS | best volume | best hex p1 | MIPS below harmonic | hex p1 above "
+      "harmonic "
+      "| MIPS mean | log volume | hex p1 |\n|---|---|---|---|---|---|---|---|---|\n",
       models);
   for (std::size_t i = 0; i < scores.size() && models > 0; ++i) {
-    std::printf("| %s | %d | %d | %d | %.4f | %.3f | %.3f |\n", kChoices[i].name, scores[i].bestMips,
-                scores[i].bestVolume, scores[i].bestHex, scores[i].mips / models, scores[i].volume / models,
-                scores[i].hex / models);
+    const Score& score = scores[i];
+    std::printf("| %s | %d | %d | %d | %d | %d | %.4f | %.3f | %.3f |\n", kChoices[i].name, score.bestMips,
+                score.bestVolume, score.bestHex, score.mipsBeatsHarmonic, score.hexBeatsHarmonic,
+                score.mips / models, score.volume / models, score.hex / models);
   }
   return 0;
 }
