@@ -61,7 +61,7 @@ TEST(Balanced, EnergyIsTheSumOverCells) {
   const BalancedMap map = balanceMap(chart(), start, nullptr, options);
   EXPECT_NEAR(map.before, energyOf(chart(), start.directions, {}, 0.2), 1e-9);
   // The turn at the end changes nothing; the first knot of the radius may have been lowered.
-  EXPECT_NEAR(map.after, energyOf(chart(), map.sphere.directions, map.radius, 0.2), 1e-4);
+  EXPECT_NEAR(map.after, energyOf(chart(), map.sphere.directions, map.radius, 0.2), 1e-6);
   EXPECT_LT(map.after, map.before - 0.1);
 }
 
@@ -87,11 +87,11 @@ TEST(Balanced, DoesNotDependOnTheStart) {
   const StarShape& shape = chart().green().shape();
   const BalancedMap a = balanceMap(chart(), fieldLines(), nullptr, options);
   const BalancedMap b = balanceMap(chart(), radialSphereMap(shape), nullptr, options);
-  EXPECT_NEAR(a.after, b.after, 2e-4);
+  EXPECT_NEAR(a.after, b.after, 1e-5);
   double apart = 0;
   for (std::size_t i = 0; i < a.sphere.directions.size(); ++i)
     apart = std::max(apart, (a.sphere.directions[i] - b.sphere.directions[i]).norm());
-  EXPECT_LT(apart, 0.03);  // an edge is 0.15
+  EXPECT_LT(apart, 0.01);  // an edge is 0.15
 }
 
 TEST(Balanced, LeavesABallAlone) {

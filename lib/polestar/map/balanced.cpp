@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "polestar/core/detail/parallel.h"
 #include "polestar/core/error.h"
@@ -15,7 +16,8 @@ namespace polestar {
 namespace {
 
 constexpr std::size_t kChunk = 512;  // triangles
-constexpr double kStill = 1e-4;      // radians: less than an edge of any mesh
+constexpr double kStill = 3e-4;      // radians: less than an edge of any mesh
+constexpr double kGain = 1e-5;       // of the energy, from a round that others may follow
 constexpr int kRadiusSteps = 400;
 
 /// A cell of the foliation, linear functions on it, and what its image has in common with the others of its
@@ -28,7 +30,8 @@ struct Cell {
   int kind;                   ///< number of corners at the outer level, 1 to 3
 };
 
-std::optional<Cell> cellAt(const Foliation& f, std::size_t id, double smallest) {
+std::optional<Cell> cellAt(const Foliation& f, std::size_t id, std::size_t layer, const Triangle& triangle,
+                           double smallest) {
   const auto node = f.cell(id);
   const Vec3& origin = f.nodes[node[0]];
   Mat3 edges;
@@ -44,16 +47,17 @@ std::optional<Cell> cellAt(const Foliation& f, std::size_t id, double smallest) 
   gradient.col(0) = -gradient.col(1) - gradient.col(2) - gradient.col(3);
   cell.inner = gradient.transpose() * gradient;
 
-  const std::size_t layer = f.layerOf(id);
-  const Triangle& triangle = f.triangles[f.triangleOf(id)];
+  const std::size_t innerLevel = f.nodeId(layer + 1, 0);
   cell.kind = 0;
   for (int k = 0; k < 4; ++k) {
+    cell.outer[k] = node[k] < innerLevel;
+    const auto vertex =
+        static_cast<std::int32_t>(node[k] - (cell.outer[k] ? f.nodeId(layer, 0) : innerLevel));
     cell.corner[k] = -1;
-    cell.outer[k] = false;
     if (node[k] == f.centerNode()) continue;
-    const auto vertex = static_cast<std::int32_t>(node[k] % f.vertexCount);
-    cell.corner[k] = static_cast<int>(std::find(triangle.begin(), triangle.end(), vertex) - triangle.begin());
-    cell.outer[k] = node[k] / f.vertexCount == layer;
+    for (int c = 0; c < 3; ++c) {
+      if (triangle[c] == vertex) cell.corner[k] = c;
+    }
     cell.kind += cell.outer[k];
   }
   return cell;
@@ -66,7 +70,8 @@ void visitColumn(const Foliation& f, std::size_t triangle, double smallest, Body
   for (std::size_t layer = 0; layer <= layers; ++layer) {
     const std::size_t first = 3 * layer * triangles + (layer < layers ? 3 * triangle : triangle);
     for (std::size_t id = first; id < first + (layer < layers ? 3 : 1); ++id) {
-      if (const std::optional<Cell> cell = cellAt(f, id, smallest)) body(layer, *cell);
+      if (const std::optional<Cell> cell = cellAt(f, id, layer, f.triangles[triangle], smallest))
+        body(layer, *cell);
     }
   }
 }
@@ -316,15 +321,15 @@ BalancedMap balanceMap(const GreenChart& chart, const SphereMap& start, const Ra
   LayerSums sums = balancer.layers(phi);
   result.before = balancer.energy(sums, s, {});
   if (!fixedRadius) balancer.optimizeRadii(sums, s);
+  result.after = balancer.energy(sums, s, {});
   const int rounds = start.flips == 0 ? options.rounds : 0;
   for (int round = 0; round < rounds; ++round) {
-    const ColumnDescentResult descent =
-        descendColumns(f.triangles, balancer.columns(s), phi, options.stepsPerRound, kStill, context);
+    descendColumns(f.triangles, balancer.columns(s), phi, options.stepsPerRound, kStill, context);
     sums = balancer.layers(phi);
     if (!fixedRadius) balancer.optimizeRadii(sums, s);
-    if (descent.remaining < kStill) break;
+    const double last = std::exchange(result.after, balancer.energy(sums, s, {}));
+    if (!(result.after < last - kGain)) break;
   }
-  result.after = balancer.energy(sums, s, {});
 
   if (rounds > 0) {
     // The energy does not see rotations: take the one closest to the radial map, as the conformal map does.

@@ -17,8 +17,8 @@ namespace polestar {
 
 struct BalanceOptions {
   double volumeWeight = 0.03;  ///< 0: angles alone; 0.03 to 0.1 even volumes out at little cost in angles
-  int rounds = 4;              ///< of the sphere map and the radius in turn; 0: the radius alone
-  int stepsPerRound = 12;      ///< of the descent of the sphere map
+  int rounds = 3;              ///< of the sphere map and the radius in turn; 0: the radius alone
+  int stepsPerRound = 8;       ///< of the descent of the sphere map
 
   void validate() const;  ///< @throws Error{Errc::usage}
 };
