@@ -49,6 +49,8 @@ BoundaryChoice completed(const GreenChart& chart, std::optional<SphereMap> spher
   if (!balanced) balance.rounds = 0;
   BalancedMap result =
       balanceMap(chart, *sphere, kind == RadiusKind::balanced ? nullptr : &radius, balance, context);
+  if (balanced && !result.sphere.fallbackReason.empty())
+    context.log(LogLevel::warning, result.sphere.fallbackReason);
   return {std::move(result.sphere), std::move(result.radius)};
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "polestar/core/detail/parallel.h"
@@ -120,10 +121,11 @@ class Balancer {
  public:
   Balancer(const GreenChart& chart, const BalanceOptions& options, const Context& context)
       : foliation_(chart.foliation()), options_(options), context_(context) {
-    volume_ = volumesWithin(foliation_).front();
+    volume_ = volumeProperties(chart.green().shape().mesh()).volume;
     smallest_ = 1e-16 * volume_;
     // ln of the ratio that det J has where volumes are shared out evenly.
     logEven_ = std::log(4 * std::numbers::pi / 3 / volume_);
+    weighColumns();
   }
 
   /// Coefficients of every column at radii `s` of the levels.
@@ -183,6 +185,21 @@ class Balancer {
   void optimizeRadii(const LayerSums& sums, std::vector<double>& s) const;
 
  private:
+  // Where lines are noise some cells come out inverted and the others misshapen beyond measure: a column with
+  // an inverted cell keeps its triangle from flipping and has little else to say.
+  void weighColumns() {
+    constexpr double kDoubtful = 1e-4;
+    weight_.assign(foliation_.triangles.size(), kDoubtful);
+    const std::size_t whole = 3 * foliation_.layerCount() + 1;
+    detail::parallelChunks(weight_.size(), kChunk, context_, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t t = begin; t < end; ++t) {
+        std::size_t cells = 0;
+        visitColumn(foliation_, t, smallest_, [&](std::size_t, const Cell&) { ++cells; });
+        if (cells == whole) weight_[t] = 1;
+      }
+    });
+  }
+
   ColumnEnergy columnEnergy(std::size_t triangle, std::span<const double> s) const {
     ColumnEnergy column;
     double logWeight = 0, logSum = 0;
@@ -192,7 +209,7 @@ class Balancer {
       std::array<double, 4> radius;
       for (int k = 0; k < 4; ++k) radius[k] = cell.corner[k] < 0 ? 0 : cell.outer[k] ? a : b;
       const double scale = (cone ? a * a * a : sigma(cell.kind, a, b)) / cell.volumeTimesSix;
-      const double weight = cell.volumeTimesSix / (6 * volume_);
+      const double weight = weight_[triangle] * cell.volumeTimesSix / (6 * volume_);
       const double factor = weight / (3 * power23(scale));
       // p_i . p_j = 1 - |p_i - p_j|^2 / 2 turns |J|^2 into lengths of sides, which small triangles keep
       // their digits in.
@@ -220,7 +237,7 @@ class Balancer {
     if (!(imageOfTriangle > 0)) return;
     visitColumn(foliation_, triangle, smallest_, [&](std::size_t layer, const Cell& cell) {
       const double scale = imageOfTriangle / cell.volumeTimesSix;
-      const double weight = cell.volumeTimesSix / (6 * volume_);
+      const double weight = weight_[triangle] * cell.volumeTimesSix / (6 * volume_);
       const double factor = weight / power23(scale), logarithm = std::log(scale) - logEven_;
       LayerSum& sum = sums[layer][cell.kind];
       for (int i = 0; i < 4; ++i) {
@@ -244,6 +261,7 @@ class Balancer {
   const BalanceOptions& options_;
   const Context& context_;
   double volume_, smallest_, logEven_;
+  std::vector<double> weight_;  ///< of every column
 };
 
 // BFGS in the logarithms of the steps between radii, which keep them monotone; only ratios count, so that
@@ -317,7 +335,7 @@ BalancedMap balanceMap(const GreenChart& chart, const SphereMap& start, const Ra
   std::vector<double> s(f.levels.size());
   for (std::size_t k = 0; k < s.size(); ++k) s[k] = result.radius.value(f.levels[k]);
 
-  std::vector<Vec3>& phi = result.sphere.directions;
+  std::vector<Vec3> phi = start.directions;
   LayerSums sums = balancer.layers(phi);
   result.before = balancer.energy(sums, s, {});
   if (!fixedRadius) balancer.optimizeRadii(sums, s);
@@ -338,8 +356,13 @@ BalancedMap balanceMap(const GreenChart& chart, const SphereMap& start, const Ra
     for (const Vec3& v : mesh.vertices) radial.push_back(v.normalized());
     const Mat3 turn = bestRotation(phi, radial, vertexAreas(mesh));
     for (Vec3& p : phi) p = (turn * p).normalized();
-    SphereMap turned = measuredSphereMap(chart.green().shape(), SphereMapKind::balanced, phi);
-    if (turned.flips == 0) result.sphere = std::move(turned);
+    SphereMap turned = measuredSphereMap(chart.green().shape(), SphereMapKind::balanced, std::move(phi));
+    if (turned.flips == 0) {
+      result.sphere = std::move(turned);
+    } else {
+      result.sphere.fallbackReason = std::string("no balanced map: turning it would flip needles; the ") +
+                                     toString(start.kind) + " map is used instead";
+    }
   }
   if (!fixedRadius) {
     std::vector<RadiusProfile::Knot> knots;

@@ -24,7 +24,7 @@ struct BalanceOptions {
 };
 
 struct BalancedMap {
-  SphereMap sphere;  ///< kind `balanced`, or that of the start where its flips left no room to move
+  SphereMap sphere;  ///< kind `balanced`; the start where that has flips or nothing could be moved
   RadiusProfile radius;
   double before = 0, after = 0;  ///< the energy, with s = R or the fixed radius at the start
 };

@@ -119,7 +119,8 @@ std::vector<double> volumesWithin(const Foliation& foliation) {
           const Vec3& origin = foliation.nodes[node[0]];
           const Vec3 a = foliation.nodes[node[1]] - origin, b = foliation.nodes[node[2]] - origin,
                      c = foliation.nodes[node[3]] - origin;
-          part[foliation.layerOf(id)] += a.dot(b.cross(c)) / 6;
+          const double volume = a.dot(b.cross(c)) / 6;
+          if (std::isfinite(volume)) part[foliation.layerOf(id)] += volume;
         }
         return part;
       },
@@ -145,6 +146,8 @@ RadiusProfile radiusProfile(RadiusKind kind, const Foliation& foliation) {
     // A layer without volume, of inverted cells, has nothing to say.
     if (s > (knots.empty() ? 0 : knots.back()[1]) && (level == 0 || s < 1)) knots.push_back({r, s});
   }
+  // Nothing but noise: as near to R as a profile of this kind comes.
+  if (knots.size() < 2) knots = {{foliation.levels.back(), foliation.levels.back()}, {1, 1}};
   return {kind, std::move(knots)};
 }
 

@@ -22,6 +22,8 @@ using detail::parallelChunks;
 constexpr std::size_t kChunk = 2048;
 /// Of the edges' weights in the preconditioner: the determinant resists about as much as the edges do.
 constexpr double kStiffness = 2;
+/// Least share of a vertex' weights in its shift: more than the factorization rounds.
+constexpr double kLeastShift = 1e-9;
 
 struct Column {
   double determinant, squaredSum;  // D and the bracket
@@ -127,17 +129,22 @@ class ColumnSum final : public detail::SphereEnergy {
     });
     Laplacian laplacian;
     laplacian.rowStart.assign(start.size() + 1, 0);
+    std::vector<double> weights(start.size(), 0.0);
     for (std::size_t e = 0; e < entries.size();) {
       const auto [row, column, first] = entries[e];
       double weight = 0;
       for (; e < entries.size() && std::get<0>(entries[e]) == row && std::get<1>(entries[e]) == column; ++e)
         weight += std::get<2>(entries[e]);
       if (!(weight > 0)) continue;  // keeps the matrix definite
+      weights[row] += weight;
       ++laplacian.rowStart[row + 1];
       laplacian.column.push_back(column);
       laplacian.weight.push_back(weight);
     }
-    for (std::size_t i = 0; i < start.size(); ++i) laplacian.rowStart[i + 1] += laplacian.rowStart[i];
+    for (std::size_t i = 0; i < start.size(); ++i) {
+      laplacian.rowStart[i + 1] += laplacian.rowStart[i];
+      shift[i] = std::max({shift[i], kLeastShift * weights[i], std::numeric_limits<double>::min()});
+    }
     preconditioner_ = std::make_unique<detail::ShiftedLaplacian>(laplacian, shift, start);
   }
 

@@ -341,9 +341,8 @@ FlipsTurned turnFlipsBack(const TriMesh& mesh, std::span<const double> areaShare
     }
     if (outcome.freeVertices == mesh.vertices.size()) break;
   }
-  result.failure =
-      std::to_string(result.flips) + " of " + std::to_string(mesh.triangles.size()) +
-      " triangles are flipped and could not be turned back (needles, or too coarse a mesh: remesh)";
+  result.failure = std::to_string(result.flips) + " of " + std::to_string(mesh.triangles.size()) +
+                   " triangles are flipped and could not be turned back";
   return result;
 }
 
