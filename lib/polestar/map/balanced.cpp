@@ -125,7 +125,8 @@ class Balancer {
     smallest_ = 1e-16 * volume_;
     // ln of the ratio that det J has where volumes are shared out evenly.
     logEven_ = std::log(4 * std::numbers::pi / 3 / volume_);
-    weighColumns();
+    weight_.assign(foliation_.triangles.size(), 1);
+    if (chart.report().cells.bad() > 0) weighColumns();
   }
 
   /// Coefficients of every column at radii `s` of the levels.
@@ -189,13 +190,12 @@ class Balancer {
   // an inverted cell keeps its triangle from flipping and has little else to say.
   void weighColumns() {
     constexpr double kDoubtful = 1e-4;
-    weight_.assign(foliation_.triangles.size(), kDoubtful);
     const std::size_t whole = 3 * foliation_.layerCount() + 1;
     detail::parallelChunks(weight_.size(), kChunk, context_, [&](std::size_t begin, std::size_t end) {
       for (std::size_t t = begin; t < end; ++t) {
         std::size_t cells = 0;
         visitColumn(foliation_, t, smallest_, [&](std::size_t, const Cell&) { ++cells; });
-        if (cells == whole) weight_[t] = 1;
+        if (cells < whole) weight_[t] = kDoubtful;
       }
     });
   }
