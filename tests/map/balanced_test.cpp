@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <memory>
 #include <numbers>
 
 #include "polestar/core/error.h"
@@ -130,6 +131,28 @@ TEST(Balanced, DoesNotMoveAMapWithFlips) {
   const BalancedMap map = balanceMap(chart(), flipped, nullptr);
   EXPECT_TRUE(map.sphere.directions == flipped.directions);
   EXPECT_EQ(map.sphere.kind, SphereMapKind::fieldLine);
+}
+
+TEST(Balanced, NoiseInAFewColumnsLeavesTheRestAlone) {
+  auto data = std::make_shared<GreenChart::Data>(
+      GreenChart::Data{chart().green(),
+                       chart().foliation(),
+                       {chart().harmonic().begin(), chart().harmonic().end()},
+                       {chart().harmonicGradient().begin(), chart().harmonicGradient().end()},
+                       {chart().directions().begin(), chart().directions().end()},
+                       chart().report()});
+  Foliation& f = data->foliation;
+  const std::int32_t spoiled = 17;
+  for (std::size_t level = 4; level < 9; ++level) f.nodes[f.nodeId(level, spoiled)] = -f.node(level, spoiled);
+  data->report.cells = countCells(f);
+  ASSERT_GT(data->report.cells.bad(), 5u);
+  const BalancedMap noisy = balanceMap(GreenChart(data), fieldLines(), nullptr);
+  const BalancedMap clean = balanceMap(chart(), fieldLines(), nullptr);
+  EXPECT_EQ(noisy.sphere.flips, 0u);
+  for (std::size_t i = 0; i < clean.sphere.directions.size(); ++i)
+    EXPECT_LT((noisy.sphere.directions[i] - clean.sphere.directions[i]).norm(), 0.05)
+        << i;  // an edge is 0.15
+  for (const double r : {0.3, 0.6, 0.9}) EXPECT_NEAR(noisy.radius.value(r), clean.radius.value(r), 0.01);
 }
 
 TEST(Balanced, SameBytesForAnyNumberOfThreads) {
