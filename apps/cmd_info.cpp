@@ -121,7 +121,15 @@ void describeMap(const fs::path& path, Session& session) {
   for (const char* name : {"source", "arguments", "domain", "core"}) {
     rows.push_back({name, header.value(name, "")});
   }
-  if (header.contains("sphere")) rows.push_back({"boundary", header["sphere"].value("kind", "")});
+  if (header.contains("sphere")) {
+    rows.push_back({"boundary", header["sphere"].value("kind", "")});
+    rows.push_back(
+        {"flips",
+         grouped(header["sphere"].value("flips", std::uint64_t{0})) + " of phi, " +
+             grouped(header.value("chart", Json::object()).value("direction_flips", std::uint64_t{0})) +
+             " of omega"});
+  }
+  if (header.contains("radius")) rows.push_back({"radius", header["radius"].value("kind", "")});
   for (const Json& array : header.value("arrays", Json::array())) {
     const std::string name = array.value("name", "");
     if (name != "vertices" && name != "triangles") continue;

@@ -191,8 +191,11 @@ class MapCommand final : public Command {
                   "; rho |G| on the surface at most " + shortNumber(green.boundaryError().max) +
                   (green.boundaryError().bound ? " (proved)" : " (sampled)")},
         {"critical", criticalPoints(green.record().signs)},
-        {"map", std::string(map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial") +
-                    " boundary, quasi-conformal ratio " + shortNumber(map.sphere().qcMean) + " on average"},
+        {"map", std::string(toString(map.sphere().kind)) + " boundary, " + toString(map.radius().kind()) +
+                    " radius; quasi-conformal ratio " + shortNumber(map.sphere().qcMean) + " on average"},
+        {"sphere", counted(map.sphere().flips, "flipped triangle", "flipped triangles") + " of phi, " +
+                       grouped(map.chart().report().directionFlips) + " of omega, of " +
+                       grouped(map.chart().foliation().triangles.size())},
         {"cells", counted(map.chart().report().cells.bad(), "inverted cell", "inverted cells") + " of " +
                       grouped(map.chart().report().cells.cells) + " in the foliation; " +
                       grouped(cells.inverted) + " of " + grouped(cells.cells) + " between voxels, " +

@@ -10,17 +10,35 @@
 namespace polestar::cli {
 
 void addMapOptions(CLI::App& app, MapChoices& choices) {
-  static const std::map<std::string, SphereMapKind> kBoundaries{{"conformal", SphereMapKind::conformal},
-                                                                {"radial", SphereMapKind::radial}};
+  static const std::map<std::string, SphereMapKind> kBoundaries = [] {
+    std::map<std::string, SphereMapKind> names;
+    for (const SphereMapKind kind : kSphereMapKinds) names[toString(kind)] = kind;
+    return names;
+  }();
+  static const std::map<std::string, RadiusKind> kRadii = [] {
+    std::map<std::string, RadiusKind> names;
+    for (const RadiusKind kind : kRadiusKinds) names[toString(kind)] = kind;
+    return names;
+  }();
   static const std::map<std::string, CoreMode> kCores{{"smooth", CoreMode::smooth},
                                                       {"paper", CoreMode::paper}};
   static const std::map<std::string, GreenSolver> kSolvers{{"layer", GreenSolver::layer},
                                                            {"mfs", GreenSolver::mfs}};
   static const std::map<std::string, MfsMode> kMfsModes{{"paper", MfsMode::paper},
                                                         {"smooth", MfsMode::smooth}};
-  app.add_option("--boundary", choices.boundary,
-                 "How the surface goes onto the sphere: conformal (default) or radial")
+  app.add_option(
+         "--boundary", choices.boundary,
+         "How the surface goes onto the sphere: conformal (default) keeps angles of the surface, "
+         "field-line the directions in which field lines leave the center (best for hexahedra), balanced "
+         "distorts the solid least (best for textures), radial projects from the center")
       ->transform(CLI::CheckedTransformer(kBoundaries).description(""))
+      ->type_name("KIND");
+  app.add_option(
+         "--radius", choices.radius,
+         "How far from the middle of the ball: green (default) is 1/(1 + rho G), volume gives equal "
+         "shells equal volumes, mixed is their mean, balanced distorts least (default with --boundary "
+         "balanced)")
+      ->transform(CLI::CheckedTransformer(kRadii).description(""))
       ->type_name("KIND");
   app.add_option(
          "--core", choices.core,
@@ -132,12 +150,12 @@ void describeMap(const BallMap& map, Session& session) {
   if (error.bound) json["green"]["seconds_of_proof"] = record.summary.secondsOfProof;
   json["field_signs"] = describeSigns(record.signs, green.shape().frame());
   if (record.mfs) json["green"]["mfs"] = describeMfs(*record.mfs, unit);
-  json["sphere"] = {{"kind", map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial"},
-                    {"flips", map.sphere().flips},
-                    {"omega_flips", lines.directionFlips},
-                    {"qc_mean", map.sphere().qcMean},
-                    {"qc_max", map.sphere().qcMax},
-                    {"fallback", map.sphere().fallbackReason}};
+  json["radius"] = {{"kind", toString(map.radius().kind())},
+                    {"slope_at_center", map.radius().derivative(0)},
+                    {"slope_at_surface", map.radius().derivative(1)}};
+  json["sphere"] = {{"kind", toString(map.sphere().kind)}, {"flips", map.sphere().flips},
+                    {"omega_flips", lines.directionFlips}, {"qc_mean", map.sphere().qcMean},
+                    {"qc_max", map.sphere().qcMax},        {"fallback", map.sphere().fallbackReason}};
   json["core"] = {{"kind", map.options().core == CoreMode::smooth ? "smooth" : "paper"},
                   {"radius", map.options().core == CoreMode::smooth ? map.options().coreRadius : 0.0},
                   {"fallback", map.coreFallbackReason()}};
@@ -164,6 +182,7 @@ BallMap makeMap(const std::filesystem::path& mesh, const MapChoices& choices, Se
   const StarShape shape = verifyStarShape(solid.surface, StarOptions{.center = solid.star.center, .rays = 0});
   MapOptions options;
   options.boundary = choices.boundary;
+  options.radius = choices.radius;
   options.green.tolerance = choices.tolerance;
   options.green.prove = choices.prove;
   options.ball.core = choices.core;

@@ -13,6 +13,7 @@ namespace polestar::cli {
 
 struct MapChoices {
   SphereMapKind boundary = SphereMapKind::conformal;
+  std::optional<RadiusKind> radius;  ///< nothing: what suits the boundary
   CoreMode core = CoreMode::smooth;
   GreenSolver solver = GreenSolver::layer;
   MfsMode mfs = MfsMode::paper;
@@ -22,7 +23,7 @@ struct MapChoices {
   DeviceChoice device;
 };
 
-/// Adds --boundary, --core, --solver, --mfs, --tolerance, --prove, --device and --center.
+/// Adds --boundary, --radius, --core, --solver, --mfs, --tolerance, --prove, --device and --center.
 void addMapOptions(CLI::App& app, MapChoices& choices);
 
 /// A .pmap, or the .vdb that lies beside one.

@@ -218,6 +218,7 @@ void judgeLevels(const PmapContents& map, Report& report) {
   for (std::size_t level = 0; level < map.levels; ++level) {
     double low = std::numeric_limits<double>::infinity(), high = 0;
     for (std::size_t i = level * n; i < (level + 1) * n; ++i) {
+      if (!map.moved.empty() && map.moved[i] && level > 0) continue;
       const double radius = length(map.ball[i]);
       low = std::min(low, radius);
       high = std::max(high, radius);

@@ -90,7 +90,7 @@ std::vector<Array> arraysOf(const Bytes& file) {
   std::vector<Array> arrays;
   for (const json& entry : file.header.at("arrays")) {
     Array array{entry.at("name"), entry.at("type"), entry.at("shape").at(0), entry.at("shape").at(1)};
-    const std::size_t bytes = array.type == "int32" ? 4 : array.type == "float64" ? 8 : 0;
+    const std::size_t bytes = array.type == "int32" ? 4 : array.type == "float64" || array.type == "uint64" ? 8 : 0;
     if (bytes == 0) continue;  // of a later version, and no concern of ours
     const std::size_t offset = entry.at("offset"), available = file.all.size() - file.data;
     if (array.columns == 0 || array.columns > 64 || offset > available ||
@@ -119,6 +119,22 @@ std::vector<Row> take(const std::vector<Array>& arrays, const std::string& name,
     return values;
   }
   throw Unreadable("its array '" + name + "' is missing");
+}
+
+std::vector<char> movedNodes(const std::vector<Array>& arrays, std::size_t nodes) {
+  std::vector<char> moved;
+  for (const Array& array : arrays) {
+    if (array.name != "moved_nodes" || array.rows == 0) continue;
+    if (array.type != "uint64" || array.columns != 1) throw Unreadable("its list of moved nodes is damaged");
+    moved.assign(nodes, 0);
+    for (std::size_t i = 0; i < array.rows; ++i) {
+      std::uint64_t id = 0;
+      std::memcpy(&id, array.begin + 8 * i, sizeof id);
+      if (id >= nodes) throw Unreadable("a moved node is not there");
+      moved[id] = 1;
+    }
+  }
+  return moved;
 }
 
 void countNotFinite(const std::vector<Array>& arrays, PmapContents& contents) {
@@ -153,11 +169,13 @@ PmapContents readPmap(const std::filesystem::path& path) try {
   }
   contents.radii = file.header.at("levels").get<std::vector<double>>();
   contents.levels = contents.radii.size();
-  contents.radiusIsOfGreen = !file.header.contains("radius") || file.header["radius"] == "green";
+  contents.radiusIsOfGreen =
+      !file.header.contains("radius") || file.header["radius"].at("kind") == "green";
   if (contents.levels == 0) throw Unreadable("it has no levels");
   if (n > file.all.size() || contents.levels > file.all.size()) throw Unreadable("it has impossible sizes");
   contents.nodes = take<Vec3>(arrays, "nodes_inner", "float64", contents.levels * n + 1);
   contents.ball = take<Vec3>(arrays, "ball", "float64", contents.levels * n + 1);
+  contents.moved = movedNodes(arrays, contents.nodes.size());
   for (int k = 0; k < 3; ++k) contents.center[k] = file.header.at("center").at(static_cast<std::size_t>(k));
   contents.unit = file.header.at("unit");
   countNotFinite(arrays, contents);

@@ -26,6 +26,8 @@ struct PmapContents {
   bool radiusIsOfGreen = true;  ///< R is the radius in the ball, too, not only what decides it
   std::vector<Vec3> nodes;      ///< in the solid; inner frame: (mesh - center) / unit
   std::vector<Vec3> ball;       ///< their images in the unit ball
+  /// 1 for nodes that repairs moved off their field lines: their images are of no level. Empty: none.
+  std::vector<char> moved;
   Vec3 center;                  ///< mesh units
   double unit = 1;
   std::size_t notFinite = 0;   ///< numbers of the file's arrays that are NaN or infinite

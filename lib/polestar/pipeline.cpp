@@ -3,7 +3,9 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "polestar/core/version.h"
 
@@ -19,18 +21,50 @@ auto timed(double& total, Work&& work) {
   return result;
 }
 
+// Whether the chart is needed for it. If not it is made early, so that its warnings come early.
+bool needsChart(SphereMapKind kind) {
+  return kind == SphereMapKind::fieldLine || kind == SphereMapKind::balanced;
+}
+
+SphereMap surfaceSphereMap(const StarShape& shape, SphereMapKind kind, Context& context) {
+  return kind == SphereMapKind::conformal ? conformalSphereMap(shape, {}, context) : radialSphereMap(shape);
+}
+
+BoundaryChoice completed(const GreenChart& chart, std::optional<SphereMap> sphere, const MapOptions& options,
+                         Context& context) {
+  const StarShape& shape = chart.green().shape();
+  const bool balanced = options.boundary == SphereMapKind::balanced;
+  // Balancing starts from the directions of field lines, mostly the closest map without flips to its end.
+  const bool fromFieldLines =
+      options.boundary == SphereMapKind::fieldLine || (balanced && chart.report().directionFlips == 0);
+  if (!sphere) {
+    sphere = fromFieldLines ? fieldLineSphereMap(shape, chart.directions(), context) : radialSphereMap(shape);
+  }
+  const RadiusKind kind = options.radius.value_or(balanced ? RadiusKind::balanced : RadiusKind::green);
+  RadiusProfile radius;
+  if (kind != RadiusKind::balanced) radius = radiusProfile(kind, chart.foliation());
+  if (!balanced && kind != RadiusKind::balanced) return {std::move(*sphere), std::move(radius)};
+
+  BalanceOptions balance = options.balance;
+  if (!balanced) balance.rounds = 0;
+  BalancedMap result =
+      balanceMap(chart, *sphere, kind == RadiusKind::balanced ? nullptr : &radius, balance, context);
+  if (balanced && !result.sphere.fallbackReason.empty())
+    context.log(LogLevel::warning, result.sphere.fallbackReason);
+  return {std::move(result.sphere), std::move(result.radius)};
+}
+
 }  // namespace
 
 BallMap mapToBall(const StarShape& given, const MapOptions& options, Context& context, MapTimings* timings) {
   const StarShape shape = options.largestAngle > 0 ? subdivide(given, options.largestAngle, context) : given;
   MapTimings ignored;
   MapTimings& seconds = timings ? *timings : ignored;
-  SphereMap sphere = timed(seconds.sphere, [&] {
+  std::optional<SphereMap> sphere;
+  if (!needsChart(options.boundary)) {
     context.progress("mapping the boundary to the sphere", 0);
-    return options.boundary == SphereMapKind::conformal ? conformalSphereMap(shape, {}, context)
-                                                        : radialSphereMap(shape);
-  });
-  if (!sphere.fallbackReason.empty()) context.log(LogLevel::warning, sphere.fallbackReason);
+    sphere = timed(seconds.sphere, [&] { return surfaceSphereMap(shape, options.boundary, context); });
+  }
   const GreenFunction green = timed(seconds.green, [&] { return solveGreen(shape, options.green, context); });
   if (const double share = green.record().unresolvedArea; share > 0) {
     char percent[16];
@@ -40,9 +74,20 @@ BallMap mapToBall(const StarShape& given, const MapOptions& options, Context& co
                                        "(narrow parts far from the center): coordinates there are noise");
   }
   const GreenChart chart = timed(seconds.trace, [&] { return traceChart(green, options.chart, context); });
-  BallMap map = timed(seconds.trace, [&] { return BallMap(chart, std::move(sphere), options.ball); });
+  BoundaryChoice boundary =
+      timed(seconds.sphere, [&] { return completed(chart, std::move(sphere), options, context); });
+  BallMap map = timed(seconds.trace, [&] {
+    return BallMap(chart, std::move(boundary.sphere), options.ball, std::move(boundary.radius));
+  });
   if (!map.coreFallbackReason().empty()) context.log(LogLevel::warning, map.coreFallbackReason());
   return map;
+}
+
+BoundaryChoice chooseBoundary(const GreenChart& chart, const MapOptions& options, Context& context) {
+  std::optional<SphereMap> sphere;
+  if (!needsChart(options.boundary))
+    sphere = surfaceSphereMap(chart.green().shape(), options.boundary, context);
+  return completed(chart, std::move(sphere), options, context);
 }
 
 SolidGrids gridsOf(const BallMap& map, const GridOptions& options, Context& context) {
@@ -73,8 +118,8 @@ SolidGrids gridsOf(const BallMap& map, const GridOptions& options, Context& cont
                     std::string(map.options().core == CoreMode::smooth ? "smooth" : "paper"));
   grids.setMetadata("polestar:core_radius",
                     map.options().core == CoreMode::smooth ? map.options().coreRadius : 0.0);
-  grids.setMetadata("polestar:boundary",
-                    std::string(map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial"));
+  grids.setMetadata("polestar:boundary", std::string(toString(map.sphere().kind)));
+  grids.setMetadata("polestar:radius", std::string(toString(map.radius().kind())));
   grids.setMetadata("polestar:boundary_error", green.boundaryError().max);
   return grids;
 }

@@ -6,10 +6,15 @@
 //   file -> TriMesh -> ClosedSurface -> StarShape -> GreenFunction -> GreenChart -> BallMap -> grids,
 //   pictures
 //                                           \---------> SphereMap ------------------/
+//
+// Two of the sphere maps, `field-line` and `balanced`, and all radii but `green` are read off the chart.
+
+#include <optional>
 
 #include "polestar/certify/certificate.h"
 #include "polestar/chart/green_chart.h"
 #include "polestar/green/green_function.h"
+#include "polestar/map/balanced.h"
 #include "polestar/map/ball_map.h"
 #include "polestar/map/map_file.h"
 #include "polestar/mesh/closed_surface.h"
@@ -36,8 +41,11 @@ namespace polestar {
 
 struct MapOptions {
   SphereMapKind boundary = SphereMapKind::conformal;
+  /// Nothing: green, or balanced with the balanced boundary.
+  std::optional<RadiusKind> radius;
   GreenOptions green;
   ChartOptions chart;
+  BalanceOptions balance;
   BallMapOptions ball;
   /// Triangles wider than this, in radians seen from the center, are cut before anything else: the table's
   /// error between lines falls with the third power of their distance. 0: never.
@@ -52,6 +60,15 @@ struct MapTimings {
 /// From a verified shape to its map. @throws what the stages throw.
 BallMap mapToBall(const StarShape& shape, const MapOptions& options = {}, Context& context = Context::quiet(),
                   MapTimings* timings = nullptr);
+
+/// The two freedoms of the ball map, as `options.boundary` and `options.radius` choose them.
+struct BoundaryChoice {
+  SphereMap sphere;
+  RadiusProfile radius;
+};
+/// What mapToBall() puts into its BallMap. @throws what the sphere maps throw.
+BoundaryChoice chooseBoundary(const GreenChart& chart, const MapOptions& options = {},
+                              Context& context = Context::quiet());
 
 /// The grids `surface`, `density`, `rest` and `green` of a map, with its provenance as metadata. G is capped
 /// at the value it has at one voxel from the center; the cap is in the metadata.

@@ -92,6 +92,44 @@ TEST_F(MappedBall, ProvesItsBoundaryErrorWhenAsked) {
   for (const char* name : {"ball", "green", "gradient"}) EXPECT_EQ(fromMesh[name], fromMap[name]) << name;
 }
 
+TEST_F(MappedBall, OtherBoundariesAndRadiiAreWrittenDown) {
+  const struct {
+    std::vector<std::string> options;
+    const char *boundary, *radius;
+  } cases[] = {{{}, "conformal", "green"},
+               {{"--boundary", "field-line"}, "field-line", "green"},
+               {{"--boundary", "balanced"}, "balanced", "balanced"},
+               {{"--boundary", "balanced", "--radius", "mixed"}, "balanced", "mixed"},
+               {{"--boundary", "radial", "--radius", "volume"}, "radial", "volume"}};
+  for (const auto& [options, boundary, radius] : cases) {
+    const ScratchFolder scratch;
+    std::vector<std::string> arguments{"map", mesh_, "-o", scratch / "ball.vdb", "--dim", "24", "--json"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const ToolRun run = runTool(arguments);
+    ASSERT_EQ(run.exitCode, 0) << run.err;
+    EXPECT_EQ(run.json()["sphere"]["kind"], boundary);
+    EXPECT_EQ(run.json()["sphere"]["flips"], 0);
+    EXPECT_EQ(run.json()["sphere"]["omega_flips"], 0);
+    EXPECT_EQ(run.json()["radius"]["kind"], radius);
+    const auto grids = runTool({"info", scratch / "ball.vdb", "--json"}).json()["grids"];
+    EXPECT_EQ(grids[0]["metadata"]["polestar:boundary"], boundary);
+    EXPECT_EQ(grids[0]["metadata"]["polestar:radius"], radius);
+    const auto file = runTool({"info", scratch / "ball.pmap", "--json"}).json()["map"];
+    EXPECT_EQ(file["radius"]["kind"], radius);
+    EXPECT_EQ(file["chart"]["direction_flips"], 0);
+  }
+  EXPECT_EQ(runTool({"map", mesh_, "-o", *folder_ / "no.vdb", "--radius", "big"}).exitCode, 2);
+}
+
+TEST_F(MappedBall, SaysBothFlips) {
+  const ScratchFolder scratch;
+  const ToolRun run =
+      runTool({"map", mesh_, "-o", scratch / "ball.vdb", "--dim", "24", "--boundary", "field-line"});
+  ASSERT_EQ(run.exitCode, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("0 flipped triangles of phi, 0 of omega"));
+  EXPECT_THAT(runTool({"info", scratch / "ball.pmap"}).out, HasSubstr("0 of phi, 0 of omega"));
+}
+
 TEST_F(MappedBall, ThePapersSolverTellsWhatItDid) {
   const ScratchFolder scratch;
   const ToolRun run =

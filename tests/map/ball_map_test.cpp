@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <cmath>
 #include <limits>
 
 #include "polestar/core/error.h"
@@ -200,6 +201,89 @@ TEST(BallMap, RejectsImpossibleOptions) {
   BallMapOptions options;
   options.coreRadius = 1.5;
   EXPECT_THROW(BallMap(star().chart(), star().sphere(), options), Error);
+}
+
+// Three lobes again, with another boundary and radius.
+BallMap starWith(SphereMapKind boundary, RadiusKind radius) {
+  MapOptions options;
+  options.boundary = boundary;
+  options.radius = radius;
+  BoundaryChoice choice = chooseBoundary(star().chart(), options);
+  return BallMap(star().chart(), std::move(choice.sphere), {}, std::move(choice.radius));
+}
+
+TEST(BallMapWithRadius, RoundTripsAndHasItsDerivative) {
+  for (const BallMap& map : {starWith(SphereMapKind::conformal, RadiusKind::volume),
+                             starWith(SphereMapKind::balanced, RadiusKind::balanced)}) {
+    const std::vector<Vec3> x = pointsInside(shapeOf(map), 1000);
+    std::vector<Vec3> y(x.size()), back(x.size());
+    std::vector<Mat3> jacobian(x.size());
+    map.forward(x, y);
+    map.inverse(y, back);
+    map.jacobian(x, jacobian);
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      EXPECT_LT((back[i] - x[i]).norm(), y[i].norm() > 0.995 ? 5e-3 : 1e-8) << "|f| = " << y[i].norm();
+    }
+    // Cells meet in kinks of the direction: most differences lie within one cell.
+    std::size_t close = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      Mat3 difference;
+      for (int k = 0; k < 3; ++k) {
+        const std::vector<Vec3> ends{x[i] + 1e-6 * Vec3::Unit(k), x[i] - 1e-6 * Vec3::Unit(k)};
+        std::vector<Vec3> images(2);
+        map.forward(ends, images);
+        difference.col(k) = (images[0] - images[1]) / 2e-6;
+      }
+      close += (difference - jacobian[i]).norm() < 1e-5 * jacobian[i].norm();
+    }
+    EXPECT_GT(close, 950u);
+  }
+}
+
+TEST(BallMapWithRadius, MovesPointsAlongTheirDirectionsOnly) {
+  const BallMap volume = starWith(SphereMapKind::conformal, RadiusKind::volume);
+  const std::vector<Vec3> x = pointsInside(shapeOf(star()), 500);
+  std::vector<Vec3> plain(x.size()), y(x.size());
+  star().forward(x, plain);
+  volume.forward(x, y);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    EXPECT_NEAR(y[i].norm(), volume.radius().value(plain[i].norm()), 1e-12);
+    EXPECT_LT((y[i].normalized() - plain[i].normalized()).norm(), 0.02);  // but for the interpolation
+  }
+}
+
+TEST(BallMapWithRadius, AgreesWithTracedLines) {
+  const BallMap map = starWith(SphereMapKind::balanced, RadiusKind::balanced);
+  const TracedBallMap traced(map);
+  const std::vector<Vec3> x = pointsInside(shapeOf(map), 100);
+  std::vector<Vec3> a(x.size()), b(x.size());
+  map.forward(x, a);
+  traced.forward(x, b);
+  double sum = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) sum += (a[i] - b[i]).norm();
+  EXPECT_LT(sum / static_cast<double>(x.size()), 3e-3);
+}
+
+TEST(FieldLineBallMap, IsOrthogonalAndNeedsNoCore) {
+  const BallMap map = starWith(SphereMapKind::fieldLine, RadiusKind::green);
+  EXPECT_EQ(map.options().core, CoreMode::paper);
+  EXPECT_EQ(map.coreFallbackReason(), "");
+  EXPECT_EQ(map.levelFlips(), 0u);
+  // Lines of constant direction are field lines, at right angles to the surfaces of constant R: row R of the
+  // Jacobian is orthogonal to the directions' rows. At all depths, the center included.
+  const std::vector<Vec3> x = pointsInside(shapeOf(map), 500);
+  std::vector<Vec3> y(x.size());
+  std::vector<Mat3> jacobian(x.size());
+  map.forward(x, y);
+  map.jacobian(x, jacobian);
+  double sum = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const Mat3 inverse = jacobian[i].inverse();
+    const Vec3 u = y[i].normalized(), along = (inverse * u).normalized();
+    const Vec3 across = inverse * u.unitOrthogonal();
+    sum += std::abs(along.dot(across.normalized()));
+  }
+  EXPECT_LT(sum / static_cast<double>(x.size()), 0.03);
 }
 
 }  // namespace

@@ -69,6 +69,29 @@ TEST_F(MapFileTest, HoldsTheMapToTheLastBit) {
   EXPECT_EQ(a, b);
 }
 
+TEST_F(MapFileTest, HoldsEveryBoundaryAndRadius) {
+  const GreenChart& chart = map().chart();
+  for (const SphereMapKind boundary : kSphereMapKinds) {
+    for (const RadiusKind radius : kRadiusKinds) {
+      MapOptions options;
+      options.boundary = boundary;
+      options.radius = radius;
+      BoundaryChoice choice = chooseBoundary(chart, options);
+      const BallMap made(chart, std::move(choice.sphere), {}, std::move(choice.radius));
+      const std::string hash = writeMapFile(path_, made);
+      const MapFile file = readMapFile(path_);
+      EXPECT_EQ(file.map.sphere().kind, boundary);
+      EXPECT_EQ(file.map.radius().kind(), radius);
+      EXPECT_EQ(writeMapFile(path_, file.map), hash);
+      const std::vector<Vec3> x = pointsInside(chart.green().shape(), 50);
+      std::vector<Vec3> before(x.size()), after(x.size());
+      made.forward(x, before);
+      file.map.forward(x, after);
+      EXPECT_EQ(before, after);
+    }
+  }
+}
+
 TEST_F(MapFileTest, HoldsChargesToTheLastBit) {
   MapOptions options;
   options.green.solver = GreenSolver::mfs;

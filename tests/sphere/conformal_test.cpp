@@ -239,39 +239,51 @@ TEST(DirichletEnergy, GradientIsTheDerivative) {
   }
 }
 
-TEST(ConformalMap, FallsBackLoudly) {
-  // Lids without inner vertices: the rims of the drum are drawn together to points.
-  const TriMesh mesh = testing::drum(60, 3);
-  Context context;
-  std::string warning;
-  context.onLog = [&](LogLevel level, std::string_view message) {
-    if (level == LogLevel::warning) warning = message;
-  };
-  const SphereMap map = detail::conformalMap(mesh, {}, context);
-  EXPECT_EQ(map.kind, SphereMapKind::radial);
-  EXPECT_EQ(map.flips, 0u);
-  EXPECT_LT(largestDifference(map.directions, radialMap(mesh).directions), 1e-15);
-  EXPECT_NE(map.fallbackReason, "");
-  EXPECT_EQ(warning, map.fallbackReason);
-}
-
-TEST(ConformalMap, OfAHandfulOfVerticesIsRefused) {
-  // Eight corners leave a valley of equal energies: what is found there would hang on the last bits of the
-  // input.
+TEST(ConformalMap, OfRegularBodiesIsRadial) {
+  // Corners on a sphere, faces alike: nothing is distorted by chords, however few.
   for (const TriMesh& mesh : {cube(1), icosphere(0)}) {
-    const SphereMap map = detail::conformalMap(mesh, {}, Context::quiet());
-    EXPECT_EQ(map.kind, SphereMapKind::radial);
-    EXPECT_NE(map.fallbackReason.find("too coarse"), std::string::npos) << map.fallbackReason;
+    const SphereMap map = conformal(mesh);
+    EXPECT_NEAR(map.qcMean, 1, 1e-6);
+    EXPECT_LT(largestDifference(map.directions, radialMap(mesh).directions), 1e-6);
   }
-  EXPECT_EQ(detail::conformalMap(cube(3), {}, Context::quiet()).kind, SphereMapKind::conformal);
+  EXPECT_EQ(conformal(cube(3)).repairedVertices, 0u) << "found the usual way";
 }
 
-TEST(ConformalMap, SaysWhenItDidNotConverge) {
+TEST(ConformalMap, WithoutInnerVerticesIsFoundWithoutFlips) {
+  // Lids without inner vertices: the harmonic map draws their rims together to points.
+  const TriMesh mesh = transformed(testing::drum(60, 3),
+                                   [](const Vec3& v) { return Vec3(2 * v[0], v[1] + 0.1 * v[2], v[2]); });
+  const SphereMap map = conformal(mesh);
+  EXPECT_LT(map.qcMean, radialMap(mesh).qcMean - 0.01);
+  EXPECT_EQ(map.repairedVertices, mesh.vertices.size());
+  const TriMesh turned = transformed(mesh, [](const Vec3& v) { return Vec3(someRotation() * v); });
+  EXPECT_LT(largestDifference(conformal(turned).directions, rotated(someRotation(), map.directions)), 1e-4);
+}
+
+TEST(ConformalMap, NeedlesOnACoarseBodyDoNotFlip) {
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    const TriMesh mesh = testing::withNeedles(testing::drum(12, 0.4), 40, 1e-3, seed);
+    ASSERT_EQ(radialMap(mesh).flips, 0u);
+    conformal(mesh);
+  }
+}
+
+TEST(ConformalMap, WhereTheDescentStopsTheFlipFreeOneGoesOn) {
   ConformalOptions options;
   options.maxIterations = 2;
-  const SphereMap map = detail::conformalMap(ellipsoid(3), options, Context::quiet());
-  EXPECT_EQ(map.kind, SphereMapKind::radial);
-  EXPECT_NE(map.fallbackReason.find("2 iterations"), std::string::npos) << map.fallbackReason;
+  Context context;
+  std::string info;
+  context.onLog = [&](LogLevel level, std::string_view message) {
+    if (level == LogLevel::info) info = message;
+  };
+  const TriMesh mesh = ellipsoid(3);
+  const SphereMap map = detail::conformalMap(mesh, options, context);
+  EXPECT_NE(info.find("2 iterations"), std::string::npos) << info;
+  EXPECT_EQ(map.kind, SphereMapKind::conformal);
+  EXPECT_EQ(map.flips, 0u);
+  // Another discrete conformal map of the same surface.
+  EXPECT_LT(largestDifference(map.directions, conformal(mesh).directions), 0.02);
+  EXPECT_NEAR(map.qcMean, conformal(mesh).qcMean, 0.01);
 }
 
 TEST(ConformalMap, CanBeCancelledAndChecksItsOptions) {

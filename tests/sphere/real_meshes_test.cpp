@@ -46,23 +46,16 @@ TEST(RealMeshes, NeverShipAFlip) {
     EXPECT_EQ(map.flips, 0u);
     EXPECT_EQ(countFlips(map.directions, mesh.triangles), 0u);
     EXPECT_EQ(detail::sphereDegree(map.directions, mesh.triangles), 1);
-    EXPECT_EQ(map.kind == SphereMapKind::radial, !map.fallbackReason.empty());
-    EXPECT_LE(map.qcMean, radialSphereMap(*shape).qcMean * (1 + 1e-12));
-    if (map.kind != SphereMapKind::conformal) continue;
+    EXPECT_EQ(map.kind, SphereMapKind::conformal);
+    EXPECT_EQ(map.fallbackReason, "");
+    EXPECT_LE(map.qcMean, radialSphereMap(*shape).qcMean * (1 + 1e-9));
+    if (mesh.vertices.size() > 5000) {
+      EXPECT_LE(map.qcMean, 1.05);
+    }
     const std::vector<double> shares = detail::vertexAreaShares(mesh);
     Vec3 mean = Vec3::Zero();
     for (std::size_t i = 0; i < shares.size(); ++i) mean += shares[i] * map.directions[i];
     EXPECT_LT(mean.norm(), 1e-10);
-  }
-}
-
-TEST(RealMeshes, FineMeshesAreNearlyConformal) {
-  POLESTAR_REQUIRE_MESHES();
-  for (const char* name :
-       {"itokawa_radar.obj", "bumpy-cube.obj", "geographos.ply", "fandisk.off", "boat.obj"}) {
-    const SphereMap map = conformalSphereMap(starShape(cleaned(*testing::meshFolder() / name)));
-    EXPECT_EQ(map.fallbackReason, "") << name;
-    EXPECT_LE(map.qcMean, 1.05) << name;  // all have more than 5,000 vertices
   }
 }
 

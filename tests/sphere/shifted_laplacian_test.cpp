@@ -19,7 +19,7 @@ using detail::ShiftedLaplacian;
 TEST(NestedDissection, OrdersEveryVertexOnceAndSeparates) {
   const TriMesh mesh = testing::withNeedles(smoothStar(4), 50, 1e-3, 2);
   const Laplacian graph = detail::intrinsicDelaunayLaplacian(mesh);
-  const std::vector<std::int32_t> order = detail::nestedDissection(graph, mesh.vertices);
+  const std::vector<std::int32_t> order = detail::nestedDissection(graph, mesh.vertices).order;
   std::vector<std::int32_t> sorted = order;
   std::sort(sorted.begin(), sorted.end());
   for (std::size_t i = 0; i < sorted.size(); ++i) ASSERT_EQ(sorted[i], static_cast<std::int32_t>(i));

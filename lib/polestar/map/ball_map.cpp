@@ -24,9 +24,10 @@ namespace {
 constexpr std::size_t kChunk = 512;
 const Vec3 kNowhere = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
 
-// A_R(omega) R at the nodes. Where repairs moved a node it keeps being a sample of the map, at its new place;
+// A_R(omega) s(R) at the nodes. Where repairs moved a node it keeps being a sample of the map, at its new place;
 // unless that turns cells inside out: then it stands for its level and line.
-NodeImages imagesOfNodes(const GreenChart& chart, const CoreIsotopy& isotopy, std::span<const Vec3> phi) {
+NodeImages imagesOfNodes(const GreenChart& chart, const CoreIsotopy& isotopy, std::span<const Vec3> phi,
+                         const RadiusProfile& profile) {
   const Foliation& f = chart.foliation();
   const std::span<const Vec3> omega = chart.directions();
   NodeImages images;
@@ -34,7 +35,7 @@ NodeImages imagesOfNodes(const GreenChart& chart, const CoreIsotopy& isotopy, st
   const auto ofLine = [&](std::size_t id) {
     const double radius = f.levels[id / f.vertexCount];
     const std::size_t vertex = id % f.vertexCount;
-    return Vec3(radius * isotopy.direction(radius, omega[vertex], phi[vertex]));
+    return Vec3(profile.value(radius) * isotopy.direction(radius, omega[vertex], phi[vertex]));
   };
   for (std::size_t id = 0; id < f.centerNode(); ++id) images.ball[id] = ofLine(id);
   if (chart.movedNodes().empty()) return images;
@@ -47,7 +48,8 @@ NodeImages imagesOfNodes(const GreenChart& chart, const CoreIsotopy& isotopy, st
     const Vec3 direction = chart.movedCanonical()[m] / radius;
     const std::optional<Vec3> to = boundaryOf(direction);
     if (!to) continue;
-    images.ball[chart.movedNodes()[m]] = radius * isotopy.direction(radius, direction, *to);
+    images.ball[chart.movedNodes()[m]] =
+        profile.value(radius) * isotopy.direction(radius, direction, *to);
     sampled[chart.movedNodes()[m]] = 1;
   }
   for (bool changed = true; changed;) {
@@ -86,6 +88,7 @@ struct BallMap::Data {
   GreenChart chart;
   SphereMap sphere;
   BallMapOptions options;
+  RadiusProfile radius;
   std::string coreFallbackReason;
   std::size_t levelFlips;
   CellCounts imageCells;
@@ -94,13 +97,14 @@ struct BallMap::Data {
   SphereLocator boundary;  // phi
 
   static std::shared_ptr<const Data> make(GreenChart chart, SphereMap sphere, const BallMapOptions& options,
-                                          std::string coreFallbackReason, NodeImages images) {
+                                          RadiusProfile radius, std::string coreFallbackReason,
+                                          NodeImages images) {
     const TriMesh& mesh = chart.green().shape().mesh();
     const std::size_t flips = countLevelFlips(chart.foliation(), images.ball);
     CellCounts cells = countCells(chart.foliation(), images.ball);
     SphereLocator surface(mesh.vertices, mesh.triangles), boundary(sphere.directions, mesh.triangles);
-    FoliationTable table(chart, std::move(images));
-    return std::make_shared<const Data>(Data{std::move(chart), std::move(sphere), options,
+    FoliationTable table(chart, std::move(images), radius);
+    return std::make_shared<const Data>(Data{std::move(chart), std::move(sphere), options, std::move(radius),
                                              std::move(coreFallbackReason), flips, std::move(cells),
                                              std::move(table), std::move(surface), std::move(boundary)});
   }
@@ -128,19 +132,19 @@ struct BallMap::Data {
   /// First guess of the inverse: the triangle of phi around the direction, carried down its column of prisms.
   Vec3 guess(const Vec3& y) const {
     const Foliation& f = chart.foliation();
-    const double radius = y.norm();
+    const double greenRadius = radius.inverse(y.norm());
     std::size_t layer = 0;
-    while (layer + 1 < f.levels.size() && f.levels[layer + 1] > radius) ++layer;
+    while (layer + 1 < f.levels.size() && f.levels[layer + 1] > greenRadius) ++layer;
     const auto hit = boundary.locate(y);
-    if (!hit) return 0.5 * radius * chart.green().harmonicRadius() * y.normalized();
+    if (!hit) return 0.5 * greenRadius * chart.green().harmonicRadius() * y.normalized();
     const Triangle& t = f.triangles[hit->triangle];
     auto at = [&](std::size_t level) {
       Vec3 p = Vec3::Zero();
       for (int k = 0; k < 3; ++k) p += hit->weights[k] * f.node(level, t[k]);
       return p;
     };
-    if (layer + 1 == f.levels.size()) return radius / f.levels.back() * at(layer);
-    const double share = (f.levels[layer] - radius) / (f.levels[layer] - f.levels[layer + 1]);
+    if (layer + 1 == f.levels.size()) return greenRadius / f.levels.back() * at(layer);
+    const double share = (f.levels[layer] - greenRadius) / (f.levels[layer] - f.levels[layer + 1]);
     return (1 - share) * at(layer) + share * at(layer + 1);
   }
 
@@ -150,9 +154,9 @@ struct BallMap::Data {
 };
 
 Vec3 BallMap::Data::invert(const Vec3& y, std::size_t& hint) const {
-  const double radius = y.norm();
-  if (!(radius <= 1 + 1e-9)) return kNowhere;
-  if (radius == 0) return Vec3::Zero();
+  const double length = y.norm();
+  if (!(length <= 1 + 1e-9)) return kNowhere;
+  if (length == 0) return Vec3::Zero();
   const Vec3 first = improve(guess(y), y, hint);
   if (first.allFinite()) return first;
   // The right cell to start in costs a second tree; few points need it.
@@ -190,19 +194,21 @@ Vec3 BallMap::Data::improve(Vec3 x, const Vec3& y, std::size_t& hint) const {
     if (!improved) break;
   }
   // R reaches 1 a little inside where h is interpolated: accept what lies that close to the boundary.
-  return rest.norm() < std::max(kAcceptable, y.norm() > 0.98 ? 1e-3 : 0.0) ? x : kNowhere;
+  const double nearBoundary = 1e-3 * std::max(1.0, radius.derivative(1));
+  return rest.norm() < std::max(kAcceptable, y.norm() > 0.98 ? nearBoundary : 0.0) ? x : kNowhere;
 }
 
-BallMap::BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options) {
+BallMap::BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options, RadiusProfile radius) {
   options.validate();
   const Foliation& f = chart.foliation();
   BallMapOptions used = options;
+  if (sphere.kind == SphereMapKind::fieldLine) used.core = CoreMode::paper;  // the identity is a rotation
   std::string reason;
   const std::vector<double> area = vertexAreas(chart.green().shape().mesh());
   auto build = [&] {
     const CoreIsotopy isotopy(chart.directions(), sphere.directions, area,
                               used.core == CoreMode::smooth ? used.coreRadius : 0.0);
-    return imagesOfNodes(chart, isotopy, sphere.directions);
+    return imagesOfNodes(chart, isotopy, sphere.directions, radius);
   };
   NodeImages images = build();
   if (used.core == CoreMode::smooth && sphere.flips == 0) {
@@ -229,11 +235,14 @@ BallMap::BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& optio
       images = build();
     }
   }
-  data_ = Data::make(std::move(chart), std::move(sphere), used, std::move(reason), std::move(images));
+  data_ = Data::make(std::move(chart), std::move(sphere), used, std::move(radius), std::move(reason),
+                     std::move(images));
 }
 
-BallMap::BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options, NodeImages nodeImages)
-    : data_(Data::make(std::move(chart), std::move(sphere), options, "", std::move(nodeImages))) {}
+BallMap::BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options, RadiusProfile radius,
+                 NodeImages nodeImages)
+    : data_(Data::make(std::move(chart), std::move(sphere), options, std::move(radius), "",
+                       std::move(nodeImages))) {}
 
 void BallMap::forward(std::span<const Vec3> solid, std::span<Vec3> domain) const {
   detail::parallelChunks(solid.size(), kChunk, [&](std::size_t begin, std::size_t end) {
@@ -303,6 +312,7 @@ void BallMap::sample(std::span<const Vec3> solid, std::span<Vec3> domain, std::s
 
 const GreenChart& BallMap::chart() const { return data_->chart; }
 const SphereMap& BallMap::sphere() const { return data_->sphere; }
+const RadiusProfile& BallMap::radius() const { return data_->radius; }
 const BallMapOptions& BallMap::options() const { return data_->options; }
 const std::string& BallMap::coreFallbackReason() const { return data_->coreFallbackReason; }
 const NodeImages& BallMap::nodeImages() const { return data_->table.images(); }

@@ -1,15 +1,17 @@
 #pragma once
-// The map of a star-shaped solid onto the unit ball: f(x) = R(x) A_R(omega(x)). [Xia 2010, sec. 4.1,
-// algorithm 1; the core and the interpolation: docs/method.md]
+// The map of a star-shaped solid onto the unit ball: f(x) = s(R(x)) A_R(omega(x)). [Xia 2010, sec. 4.1,
+// algorithm 1, where s = R; the radius s, the core and the interpolation: docs/method.md]
 //
 // R and omega are the canonical coordinates (chart/), A_R carries directions of field lines at the center to
 // boundary parameters: A(omega of q's line) = phi(q). With A the same at all R ("paper"), f has a kink at the
 // center unless A is a rotation; so by default A_R turns into the rotation closest to A within the core.
+// Where phi is omega itself (`field-line`) A is the identity and needs no core.
 
 #include <memory>
 #include <string>
 
 #include "polestar/chart/green_chart.h"
+#include "polestar/map/radius_profile.h"
 #include "polestar/map/volume_map.h"
 #include "polestar/sphere/sphere_map.h"
 
@@ -30,7 +32,7 @@ struct BallMapOptions {
 
 /// Where the nodes of the foliation go.
 struct NodeImages {
-  std::vector<Vec3> ball;  ///< R A_R(omega) in the unit ball; 0 for the center
+  std::vector<Vec3> ball;  ///< s(R) A_R(omega) in the unit ball; 0 for the center
   /// Nodes that repairs moved and that still stand for their level and line, ids, ascending: around them the
   /// map is the piecewise linear one, since the field would disagree with the table.
   std::vector<std::size_t> linear;
@@ -41,9 +43,10 @@ struct NodeImages {
 /// of the solid in mesh units, of the domain in the unit ball.
 class BallMap final : public VolumeMap {
  public:
-  BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options = {});
-  /// With images that were computed before, as a file holds them. `options` say how they were made.
-  BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options, NodeImages nodeImages);
+  BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options = {}, RadiusProfile radius = {});
+  /// With images that were computed before, as a file holds them; the rest says how they were made.
+  BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options, RadiusProfile radius,
+          NodeImages nodeImages);
 
   void forward(std::span<const Vec3> solid, std::span<Vec3> domain) const override;
   void inverse(std::span<const Vec3> domain, std::span<Vec3> solid) const override;
@@ -55,7 +58,9 @@ class BallMap final : public VolumeMap {
 
   const GreenChart& chart() const;
   const SphereMap& sphere() const;
-  /// What was built: `core` may be `paper` where `smooth` was asked; then coreFallbackReason() says why.
+  const RadiusProfile& radius() const;
+  /// What was built: `core` may be `paper` where `smooth` was asked; then coreFallbackReason() says why,
+  /// unless phi is `field-line`.
   const BallMapOptions& options() const;
   const std::string& coreFallbackReason() const;
   /// The map is one to one when all cells are positive at the nodes and at these images. [docs/method.md,

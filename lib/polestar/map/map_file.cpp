@@ -179,14 +179,18 @@ json describe(const BallMap& map, const MapProvenance& provenance) {
                 {"evaluations", report.evaluations},
                 {"direction_flips", report.directionFlips}}},
               {"sphere",
-               {{"kind", map.sphere().kind == SphereMapKind::conformal ? "conformal" : "radial"},
+               {{"kind", toString(map.sphere().kind)},
                 {"flips", map.sphere().flips},
                 {"qc_mean", map.sphere().qcMean},
                 {"qc_max", map.sphere().qcMax},
                 {"repaired_vertices", map.sphere().repairedVertices},
                 {"fallback", map.sphere().fallbackReason}}},
               {"core", map.options().core == CoreMode::smooth ? "smooth" : "paper"},
-              {"core_radius", map.options().coreRadius}};
+              {"core_radius", map.options().coreRadius},
+              {"radius",
+               {{"kind", toString(map.radius().kind())},
+                {"knots", std::vector<RadiusProfile::Knot>(map.radius().knots().begin(),
+                                                           map.radius().knots().end())}}}};
   if (!green.signs.empty()) header["green"]["signs"] = toJson(green.signs);
   return header;
 }
@@ -304,6 +308,25 @@ GreenSources takeSources(const RawFile& raw, const std::filesystem::path& path, 
   return layer;
 }
 
+SphereMapKind toSphereMapKind(const std::string& name, const std::filesystem::path& path) {
+  for (const SphereMapKind kind : kSphereMapKinds) {
+    if (name == toString(kind)) return kind;
+  }
+  fail(path, "its boundary map '" + name + "' is unknown to this program");
+}
+
+// Files without one have s = R.
+RadiusProfile toRadiusProfile(const json& header, const std::filesystem::path& path) {
+  if (!header.contains("radius")) return {};
+  const auto knots = header.at("radius").at("knots").get<std::vector<RadiusProfile::Knot>>();
+  const std::string name = header.at("radius").at("kind");
+  if (knots.empty()) return {};
+  for (const RadiusKind kind : kRadiusKinds) {
+    if (name == toString(kind)) return {kind, knots};
+  }
+  fail(path, "its radius '" + name + "' is unknown to this program");
+}
+
 BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   const json& header = raw.header;
   TriMesh mesh;
@@ -367,7 +390,7 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
 
   const json& s = header.at("sphere");
   SphereMap sphere;
-  sphere.kind = s.at("kind") == "conformal" ? SphereMapKind::conformal : SphereMapKind::radial;
+  sphere.kind = toSphereMapKind(s.at("kind"), path);
   sphere.directions = takeArray<Vec3>(raw, path, "phi", 3, n);
   sphere.flips = countFlips(sphere.directions, f.triangles);
   sphere.qcMean = s.at("qc_mean");
@@ -379,7 +402,8 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   NodeImages images{takeArray<Vec3>(raw, path, "ball", 3, nodes),
                     takeArray<std::size_t>(raw, path, "linear_nodes", 1, 0)};
   checkNodes(images.linear, nodes, path);
-  return BallMap(GreenChart(std::move(data)), std::move(sphere), options, std::move(images));
+  return BallMap(GreenChart(std::move(data)), std::move(sphere), options, toRadiusProfile(header, path),
+                 std::move(images));
 }
 
 }  // namespace

@@ -46,7 +46,8 @@ struct TracedBallMap::Data {
     const Vec3 direction =
         limitDirection(line.nodes[0].position, levels[0], line.nodes[1].position, levels[1]);
     const std::optional<Vec3> phi = boundaryOf(direction);
-    return phi ? Vec3(radius * isotopy.direction(radius, direction, *phi)) : kNowhere;
+    if (!phi) return kNowhere;
+    return table.radius().value(radius) * isotopy.direction(radius, direction, *phi);
   }
 
   // The table's Jacobian is close to this map's: each correction gains about two digits.

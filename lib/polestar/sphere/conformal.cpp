@@ -21,19 +21,6 @@ constexpr const char* kStage = "mapping the surface to the sphere";
 /// Share of the sphere's area below which the inscribed polyhedron says little about a map: the minimum may
 /// then be degenerate, and rounding of the vertices decides which map is found.
 constexpr double kLeastCovered = 0.9;
-/// Widths, in edges, of the patches around flipped triangles that may move.
-constexpr std::array kRepairRings{2, 5, 12};
-
-SphereMap measured(const TriMesh& mesh, SphereMapKind kind, std::vector<Vec3> directions) {
-  SphereMap map;
-  map.kind = kind;
-  map.flips = countFlips(directions, mesh.triangles);
-  const Distortion distortion = angleDistortion(mesh, directions);
-  map.qcMean = distortion.mean;
-  map.qcMax = distortion.max;
-  map.directions = std::move(directions);
-  return map;
-}
 
 std::string formatted(const char* format, double a, double b) {
   std::array<char, 160> text;
@@ -52,35 +39,72 @@ class ConformalSolver {
         radial_(radialMap(mesh)) {}
 
   SphereMap solve() {
-    std::string reason;
-    try {
-      reason = descend();
-      if (reason.empty()) reason = turnFlipsBack();
-    } catch (const Error& error) {
-      if (error.code() != Errc::notConverged) throw;
-      reason = error.what();
-    }
-    if (reason.empty() && sphereDegree(directions_, mesh_.triangles) != 1)
-      reason = "it wraps the sphere more than once";
-    SphereMap map;
-    if (reason.empty()) {
-      map = measured(mesh_, SphereMapKind::conformal, directions_);
-      map.repairedVertices = repairedVertices_;
-      if (repairedVertices_ > 0 && map.qcMean > radial_.qcMean) {
-        reason = formatted(
-            "after repair it distorts angles by %.4g on average, the radial map by %.4g: the mesh is too "
-            "coarse",
-            map.qcMean, radial_.qcMean);
-      }
+    std::string reason = harmonic();
+    if (!reason.empty()) {
+      context_.log(LogLevel::info, "sphere map: " + reason + "; descending from the radial map instead");
+      reason = flipFree();
     }
     context_.progress(kStage, 1);
-    if (reason.empty()) return map;
+    if (reason.empty()) {
+      SphereMap map = measuredMap(mesh_, SphereMapKind::conformal, std::move(directions_));
+      map.repairedVertices = repairedVertices_;
+      return map;
+    }
     radial_.fallbackReason = "no conformal map: " + reason + "; radial directions are used instead";
     context_.log(LogLevel::warning, radial_.fallbackReason);
     return std::move(radial_);
   }
 
  private:
+  // The usual way: the harmonic map, and what it flips turned back.
+  std::string harmonic() {
+    try {
+      std::string reason = descend();
+      if (reason.empty()) {
+        const FlipsTurned turned = turnFlipsBack(
+            mesh_, areas_, directions_, [this](std::vector<Vec3>& s) { centerAndAlign(s); }, context_);
+        reason = turned.failure;
+        repairedVertices_ = turned.freeVertices;
+      }
+      if (reason.empty() && sphereDegree(directions_, mesh_.triangles) != 1)
+        reason = "it wraps the sphere more than once";
+      if (reason.empty() && repairedVertices_ > 0) reason = objectionToDistortion();
+      return reason;
+    } catch (const Error& error) {
+      if (error.code() != Errc::notConverged) throw;
+      return error.what();
+    }
+  }
+
+  // The way that never meets a flip, for coarse meshes and needles.
+  std::string flipFree() {
+    directions_ = radial_.directions;
+    repairedVertices_ = directions_.size();
+    try {
+      descendFlipFree(mesh_, areas_, directions_, context_);
+    } catch (const Error& error) {
+      if (error.code() != Errc::notConverged) throw;
+      return error.what();
+    }
+    // Already centered to a few more digits; where triangles are needles these may cost flips.
+    std::vector<Vec3> centered = directions_;
+    centerAndAlign(centered);
+    if (countFlips(centered, mesh_.triangles) == 0) {
+      directions_ = std::move(centered);
+    } else {
+      align(directions_);
+      if (countFlips(directions_, mesh_.triangles) > 0) return "turning it would flip needles";
+    }
+    return objectionToDistortion();
+  }
+
+  std::string objectionToDistortion() const {
+    const double mean = angleDistortion(mesh_, directions_).mean;
+    if (mean <= radial_.qcMean * (1 + 1e-9)) return {};
+    return formatted("it would distort angles by %.4g on average, the radial map does by %.4g", mean,
+                     radial_.qcMean);
+  }
+
   // From the radial map, of degree one and covariant with rotations, down to the harmonic map, which is
   // conformal.
   std::string descend() {
@@ -111,36 +135,12 @@ class ConformalSolver {
 
   void centerAndAlign(std::vector<Vec3>& directions) const {
     centerByMoebius(directions, areas_);
-    const Mat3 turn = bestRotation(directions, radial_.directions, areas_);
-    for (Vec3& s : directions) s = (turn * s).normalized();
+    align(directions);
   }
 
-  // Widens the patches until the repair holds, also after centering.
-  std::string turnFlipsBack() {
-    const std::size_t flips = countFlips(directions_, mesh_.triangles);
-    if (flips == 0) return {};
-    for (const int rings : kRepairRings) {
-      std::vector<Vec3> candidate = directions_;
-      const RepairOutcome outcome = repairFlips(mesh_, areas_, rings, candidate, context_);
-      if (outcome.crowded) {
-        return "it shrinks a part of the surface (deep and narrow, or without inner vertices) below what "
-               "doubles resolve";
-      }
-      if (outcome.repaired) {
-        centerAndAlign(candidate);
-        if (countFlips(candidate, mesh_.triangles) == 0) {
-          directions_ = std::move(candidate);
-          repairedVertices_ = outcome.freeVertices;
-          context_.log(LogLevel::info, "sphere map: " + std::to_string(flips) +
-                                           " flipped triangles were turned back, " +
-                                           std::to_string(repairedVertices_) + " vertices were free to move");
-          return {};
-        }
-      }
-      if (outcome.freeVertices == mesh_.vertices.size()) break;
-    }
-    return std::to_string(flips) + " of " + std::to_string(mesh_.triangles.size()) +
-           " triangles are flipped and could not be turned back (needles, or too coarse a mesh: remesh)";
+  void align(std::vector<Vec3>& directions) const {
+    const Mat3 turn = bestRotation(directions, radial_.directions, areas_);
+    for (Vec3& s : directions) s = (turn * s).normalized();
   }
 
   const TriMesh& mesh_;
@@ -154,10 +154,21 @@ class ConformalSolver {
 
 }  // namespace
 
+SphereMap measuredMap(const TriMesh& mesh, SphereMapKind kind, std::vector<Vec3> directions) {
+  SphereMap map;
+  map.kind = kind;
+  map.flips = countFlips(directions, mesh.triangles);
+  const Distortion distortion = angleDistortion(mesh, directions);
+  map.qcMean = distortion.mean;
+  map.qcMax = distortion.max;
+  map.directions = std::move(directions);
+  return map;
+}
+
 SphereMap radialMap(const TriMesh& mesh) {
   std::vector<Vec3> directions(mesh.vertices.size());
   for (std::size_t i = 0; i < directions.size(); ++i) directions[i] = mesh.vertices[i].normalized();
-  return measured(mesh, SphereMapKind::radial, std::move(directions));
+  return measuredMap(mesh, SphereMapKind::radial, std::move(directions));
 }
 
 SphereMap conformalMap(const TriMesh& mesh, const ConformalOptions& options, Context& context) {

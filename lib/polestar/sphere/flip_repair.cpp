@@ -25,6 +25,18 @@ constexpr double kTargetSlack = 1e-3;
 constexpr int kUntangleRounds = 80;
 constexpr int kStepsPerRound = 20;
 constexpr int kPolishSteps = 1000;
+constexpr int kDescentRounds = 40, kDescentSteps = 50;
+/// Triangles visited by the whole descent: about ten seconds.
+constexpr double kDescentWork = 1e8;
+/// Distance of a flat triangle's plane from the center below which it is held: corners 70 degrees from its
+/// middle.
+constexpr double kLowPlane = 0.33;
+/// Length of the mean direction that counts as none.
+constexpr double kCentered = 1e-11;
+/// Share of the energy that a round of the descent has to gain for another one.
+constexpr double kDescentGain = 1e-5;
+/// Widths, in edges, of the patches around flipped triangles that may move.
+constexpr std::array kRepairRings{2, 5, 12};
 /// Triangles visited before the untangling is given up: well under a second.
 constexpr double kWorkLimit = 4e6;
 /// Square of the smallest image of a triangle that unit vectors of doubles can still hold with some digits.
@@ -54,8 +66,9 @@ TargetShape targetShape(const TriMesh& mesh, std::size_t t) {
   return shape;
 }
 
-/// Half of det[p, q, s]: area of a small spherical triangle, with sign.
-double signedArea(const Vec3& p, const Vec3& q, const Vec3& s) { return 0.5 * p.dot(q.cross(s)); }
+/// Half of det[p, q, s]: area of a small spherical triangle, with sign. By differences, in which tiny
+/// triangles keep their digits.
+double signedArea(const Vec3& p, const Vec3& q, const Vec3& s) { return 0.5 * p.dot((q - p).cross(s - p)); }
 
 /// sum_T A x^2 / chi(y), x = d / A and y = a / A with d the Dirichlet energy, a the signed area and A a fixed
 /// reference area of the image of T, over the triangles T with a free vertex. The unknowns are the free
@@ -94,6 +107,13 @@ class FlipFreeEnergy final : public SphereEnergy {
   }
   /// 0: the barrier itself.
   void setRegularization(double epsilon) { epsilon_ = epsilon; }
+  /// The barrier, with the area of the flat triangle between the images: exactly what is distorted, 1 where
+  /// the polyhedron itself has its corners on a sphere. Large triangles are kept from flipping, their planes
+  /// from passing the center, by a term of their own.
+  void measureFlatTriangles() { epsilon_ = 0, flat_ = true; }
+
+  /// Moves the mean that is pulled to 0.
+  void biasCenter(const Vec3& bias) { fixedCenter_ += bias; }
 
   /// Smallest y: not positive while a triangle is flipped.
   double worstRatio(std::span<const Vec3> points) const {
@@ -120,7 +140,21 @@ class FlipFreeEnergy final : public SphereEnergy {
       for (int k = 0; k < 3; ++k)
         x += 0.5 * term.halfCotangent[k] * (s[(k + 1) % 3] - s[(k + 2) % 3]).squaredNorm();
       x /= term.area;
-      const double y = signedArea(s[0], s[1], s[2]) / term.area;
+      double y = signedArea(s[0], s[1], s[2]) / term.area;
+      Vec3 normal;
+      double byHeight = 0, height = 1;
+      if (flat_) {
+        if (!(y > 0)) return std::numeric_limits<double>::infinity();
+        normal = (s[1] - s[0]).cross(s[2] - s[0]);
+        const double length = normal.norm();
+        height = y * term.area / (0.5 * length);
+        y = 0.5 * length / term.area;
+        normal /= length;
+        if (const double missing = kLowPlane - height; missing > 0) {
+          energy += term.weight * missing * missing / height;
+          byHeight = -term.weight * missing / height * (2 + missing / height) / (y * term.area);
+        }
+      }
       const double root = std::hypot(y, epsilon_);
       const double chi = y > 0 ? 0.5 * (y + root) : 0.5 * epsilon_ * epsilon_ / (root - y);
       if (!(chi > 0)) return std::numeric_limits<double>::infinity();
@@ -134,7 +168,8 @@ class FlipFreeEnergy final : public SphereEnergy {
         if (i < 0) continue;
         const int l = (k + 1) % 3, m = (k + 2) % 3;
         gradient[i] += byX * (term.halfCotangent[m] * (s[k] - s[l]) + term.halfCotangent[l] * (s[k] - s[m]));
-        gradient[i] += 0.5 * byY * s[l].cross(s[m]);
+        gradient[i] += 0.5 * byY * (flat_ ? normal : s[l]).cross(s[m] - s[l]);
+        if (byHeight != 0) gradient[i] += 0.5 * byHeight * (s[l] - height * normal).cross(s[m] - s[l]);
       }
     }
     return energy;
@@ -216,6 +251,7 @@ class FlipFreeEnergy final : public SphereEnergy {
   std::vector<Term> terms_;
   std::unique_ptr<const ShiftedLaplacian> preconditioner_;
   double epsilon_ = 0;
+  bool flat_ = false;
 };
 
 std::vector<char> verticesNear(const std::vector<std::int32_t>& triangleIds, int rings, const TriMesh& mesh) {
@@ -275,6 +311,68 @@ RepairOutcome repairFlips(const TriMesh& mesh, std::span<const double> areaShare
     return {.repaired = false, .crowded = false, .freeVertices = freeVertices.size()};
   directions = std::move(repaired);
   return {.repaired = true, .crowded = false, .freeVertices = freeVertices.size()};
+}
+
+FlipsTurned turnFlipsBack(const TriMesh& mesh, std::span<const double> areaShares,
+                          std::vector<Vec3>& directions,
+                          const std::function<void(std::vector<Vec3>&)>& finish, Context& context) {
+  FlipsTurned result;
+  result.flips = flippedTriangles(directions, mesh.triangles).size();
+  if (result.flips == 0) return result;
+  for (const int rings : kRepairRings) {
+    std::vector<Vec3> candidate = directions;
+    const RepairOutcome outcome = repairFlips(mesh, areaShares, rings, candidate, context);
+    if (outcome.crowded) {
+      result.failure =
+          "it shrinks a part of the surface (deep and narrow, or without inner vertices) below what doubles "
+          "resolve";
+      return result;
+    }
+    if (outcome.repaired) {
+      if (finish) finish(candidate);
+      if (flippedTriangles(candidate, mesh.triangles).empty()) {
+        directions = std::move(candidate);
+        result.freeVertices = outcome.freeVertices;
+        context.log(LogLevel::info, "sphere map: " + std::to_string(result.flips) +
+                                        " flipped triangles were turned back, " +
+                                        std::to_string(result.freeVertices) + " vertices were free to move");
+        return result;
+      }
+    }
+    if (outcome.freeVertices == mesh.vertices.size()) break;
+  }
+  result.failure = std::to_string(result.flips) + " of " + std::to_string(mesh.triangles.size()) +
+                   " triangles are flipped and could not be turned back";
+  return result;
+}
+
+void descendFlipFree(const TriMesh& mesh, std::span<const double> areaShares, std::vector<Vec3>& directions,
+                     const Context& context) {
+  const std::vector<char> all(mesh.vertices.size(), 1);
+  double last = std::numeric_limits<double>::infinity();
+  Vec3 bias = Vec3::Zero();
+  const auto affordable = static_cast<int>(kDescentWork / static_cast<double>(mesh.triangles.size() + 1));
+  const int rounds = std::clamp(affordable / kDescentSteps, 4, kDescentRounds);
+  for (int round = 0; round < rounds; ++round) {
+    // Anew from where it stands: what is stiff depends on the sizes of the images.
+    FlipFreeEnergy energy(mesh, areaShares, all, directions);
+    if (!energy.resolved()) return;
+    energy.measureFlatTriangles();
+    energy.biasCenter(bias);
+    std::vector<Vec3> moved = directions;
+    const DescentResult descent = descendOnSpheres(
+        energy, moved, {.maxIterations = kDescentSteps, .tolerance = energy.negligible()}, context);
+    // Rounding can turn over what the barrier holds by less than rounding.
+    if (!flippedTriangles(moved, mesh.triangles).empty()) return;
+    directions = std::move(moved);
+    Vec3 center = Vec3::Zero();
+    for (std::size_t i = 0; i < directions.size(); ++i) center += areaShares[i] * directions[i];
+    const bool still = descent.converged || !(descent.energy < (1 - kDescentGain) * last);
+    if (still && center.norm() < kCentered) return;
+    // A penalty alone leaves the mean where it balances the energy. [Hestenes 1969, multipliers]
+    bias += center;
+    last = still ? std::numeric_limits<double>::infinity() : descent.energy;
+  }
 }
 
 }  // namespace polestar::detail

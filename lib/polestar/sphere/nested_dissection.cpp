@@ -9,8 +9,8 @@
 namespace polestar::detail {
 namespace {
 
-/// Sets this small are taken as they come.
-constexpr std::ptrdiff_t kLeaf = 12;
+/// Sets this small are taken as they come: dense algebra is fast on them.
+constexpr std::ptrdiff_t kLeaf = 24;
 
 class Dissection {
  public:
@@ -23,16 +23,17 @@ class Dissection {
     std::iota(order_.begin(), order_.end(), 0);
   }
 
-  std::vector<std::int32_t> run() && {
+  Elimination run() && {
     dissect(order_.begin(), order_.end());
-    return std::move(order_);
+    return {std::move(order_), std::move(parts_)};
   }
 
  private:
   using Iterator = std::vector<std::int32_t>::iterator;
 
-  void dissect(Iterator begin, Iterator end) {
-    if (end - begin <= kLeaf) return;
+  // Returns the number of the part.
+  std::int32_t dissect(Iterator begin, Iterator end) {
+    if (end - begin <= kLeaf) return add({place(begin), place(begin), place(end)});
     const Iterator middle = begin + (end - begin) / 2;
     const std::array<Vec3, 3> frame = axes(begin, end);
     std::ptrdiff_t fewest = end - begin;
@@ -47,8 +48,15 @@ class Dissection {
     const Iterator separator =
         std::stable_partition(begin, middle, [&](std::int32_t v) { return !seesUpper(v); });
     const Iterator last = std::rotate(separator, middle, end);
-    dissect(begin, separator);
-    dissect(separator, last);
+    const std::int32_t lower = dissect(begin, separator), upper = dissect(separator, last);
+    return add({place(begin), place(last), place(end), lower, upper});
+  }
+
+  std::int32_t place(Iterator position) const { return static_cast<std::int32_t>(position - order_.begin()); }
+
+  std::int32_t add(const Elimination::Part& part) {
+    parts_.push_back(part);
+    return static_cast<std::int32_t>(parts_.size()) - 1;
   }
 
   // Towards the vertex farthest from the mean, the one farthest from that axis, and across both: the set's
@@ -91,6 +99,7 @@ class Dissection {
   const Laplacian& graph_;
   std::span<const Vec3> positions_;
   std::vector<std::int32_t> order_;
+  std::vector<Elimination::Part> parts_;
   std::vector<double> height_;
   std::vector<std::int32_t> part_;  ///< vertices of one part carry its number until they are split again
   std::int32_t lastPart_ = 0;
@@ -98,7 +107,7 @@ class Dissection {
 
 }  // namespace
 
-std::vector<std::int32_t> nestedDissection(const Laplacian& graph, std::span<const Vec3> positions) {
+Elimination nestedDissection(const Laplacian& graph, std::span<const Vec3> positions) {
   return Dissection(graph, positions).run();
 }
 

@@ -14,10 +14,33 @@ void ConformalOptions::validate() const {
   if (!(tolerance > 0)) throw Error(Errc::usage, "ConformalOptions: tolerance must be positive");
 }
 
+const char* toString(SphereMapKind kind) {
+  switch (kind) {
+    case SphereMapKind::conformal:
+      return "conformal";
+    case SphereMapKind::fieldLine:
+      return "field-line";
+    case SphereMapKind::balanced:
+      return "balanced";
+    default:
+      return "radial";
+  }
+}
+
 SphereMap radialSphereMap(const StarShape& shape) { return detail::radialMap(shape.mesh()); }
 
 SphereMap conformalSphereMap(const StarShape& shape, const ConformalOptions& options, Context& context) {
   return detail::conformalMap(shape.mesh(), options, context);
+}
+
+SphereMap fieldLineSphereMap(const StarShape& shape, std::span<const Vec3> omega, Context& context) {
+  if (omega.size() != shape.mesh().vertices.size())
+    throw Error(Errc::usage, "fieldLineSphereMap: wants one direction a vertex");
+  return detail::fieldLineMap(shape.mesh(), omega, context);
+}
+
+SphereMap measuredSphereMap(const StarShape& shape, SphereMapKind kind, std::vector<Vec3> directions) {
+  return detail::measuredMap(shape.mesh(), kind, std::move(directions));
 }
 
 std::size_t countFlips(std::span<const Vec3> directions, const std::vector<Triangle>& triangles) {

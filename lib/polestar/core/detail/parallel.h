@@ -4,6 +4,7 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -44,6 +45,12 @@ Value reduceChunks(std::size_t count, std::size_t chunk, Value init, Term&& term
                  [&](std::size_t begin, std::size_t end) { partial[begin / chunk] = term(begin, end); });
   for (const Value& value : partial) init = combine(init, value);
   return init;
+}
+
+/// Both, at the same time where there are threads for it.
+template <class First, class Second>
+void inParallel(First&& first, Second&& second) {
+  tbb::parallel_invoke(std::forward<First>(first), std::forward<Second>(second));
 }
 
 }  // namespace polestar::detail

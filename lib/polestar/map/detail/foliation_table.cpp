@@ -31,8 +31,11 @@ bool visitCells(const Foliation& f, std::size_t item, Visit&& visit) {
 
 }  // namespace
 
-FoliationTable::FoliationTable(GreenChart chart, NodeImages images)
-    : chart_(std::move(chart)), images_(std::move(images)), slopes_(slopesOfImages(chart_, images_.ball)) {
+FoliationTable::FoliationTable(GreenChart chart, NodeImages images, RadiusProfile radius)
+    : chart_(std::move(chart)),
+      images_(std::move(images)),
+      radius_(std::move(radius)),
+      slopes_(slopesOfImages(chart_, images_.ball, radius_)) {
   const Foliation& f = chart_.foliation();
   markLinear();
   nodeGreen_.assign(f.nodes.size(), 0.0);
@@ -220,7 +223,8 @@ FoliationTable::Value FoliationTable::CellMap::evaluate(const Vec3& x, const Eig
   const double length = ball.norm();
   Value value;
   value.green = potential.green;
-  const double ofGreen = x.squaredNorm() > 0 ? std::min(1.0, 1 / (1 + rho * potential.green)) : 0;
+  const double greenRadius = x.squaredNorm() > 0 ? std::min(1.0, 1 / (1 + rho * potential.green)) : 0;
+  const double ofGreen = table_.radius_.value(greenRadius);
   value.ballRadius = ofGreen;
   if (length > 0) value.direction = ball / length;
 
@@ -240,7 +244,8 @@ FoliationTable::Value FoliationTable::CellMap::evaluate(const Vec3& x, const Eig
   }
   if constexpr (WithJacobian) {
     const Vec3& u = value.direction;
-    Vec3 gradientOfR = -(1 - tableShare) * rho * ofGreen * ofGreen * potential.gradient;
+    Vec3 gradientOfR = -(1 - tableShare) * table_.radius_.derivative(greenRadius) * rho * greenRadius *
+                       greenRadius * potential.gradient;
     if (tableShare > 0) {
       const double linearLength = linearImage.norm();
       gradientOfR += tableShare / linearLength * (linearSlope_.transpose() * linearImage) +

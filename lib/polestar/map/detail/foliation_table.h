@@ -16,7 +16,7 @@ namespace polestar::detail {
 /// Inner frame throughout.
 class FoliationTable {
  public:
-  FoliationTable(GreenChart chart, NodeImages images);
+  FoliationTable(GreenChart chart, NodeImages images, RadiusProfile radius);
 
   struct Location {
     std::size_t cell = 0;
@@ -29,7 +29,7 @@ class FoliationTable {
 
   struct Value {
     double green = 0;                ///< 1/|x| + interpolated h; 0 on the surface and positive inside
-    double ballRadius = 0;           ///< in [0, 1], 1 on the surface alone
+    double ballRadius = 0;           ///< s(R) in [0, 1], 1 on the surface alone
     Vec3 direction = Vec3::UnitX();  ///< unit
     Mat3 jacobian = Mat3::Zero();    ///< of ballRadius * direction; only when asked for
   };
@@ -64,6 +64,7 @@ class FoliationTable {
 
   GreenChart chart_;
   NodeImages images_;
+  RadiusProfile radius_;
   ImageSlopes slopes_;
   std::vector<char> linear_;       ///< corners of cells with linear nodes
   std::vector<double> nodeGreen_;  ///< G at every node, 0 on the surface; the center's is not used

@@ -10,8 +10,8 @@ namespace {
 
 class Fitter {
  public:
-  Fitter(const GreenChart& chart, std::span<const Vec3> images)
-      : chart_(chart), foliation_(chart.foliation()), images_(images), ring_(foliation_.vertexCount) {
+  Fitter(const GreenChart& chart, std::span<const Vec3> images, const RadiusProfile& profile)
+      : chart_(chart), foliation_(chart.foliation()), images_(images), profile_(profile), ring_(foliation_.vertexCount) {
     for (const Triangle& t : foliation_.triangles) {
       for (int k = 0; k < 3; ++k) ring_[t[k]].push_back(t[(k + 1) % 3]);
     }
@@ -42,7 +42,9 @@ class Fitter {
     Mat3 turn = across->slope + turning * along.transpose();
     turn -= u * (u.transpose() * turn);
     const double rho = chart_.green().harmonicRadius();
-    const Mat3 result = radius * turn - rho * radius * radius * u * gradient.transpose();
+    const double greenRadius = std::min(1.0, 1 / (1 + rho * std::max(0.0, 1 / r + chart_.harmonic()[id])));
+    const Mat3 result = radius * turn - profile_.derivative(greenRadius) * rho * greenRadius * greenRadius * u *
+                                            gradient.transpose();
     slope = result.cast<float>();
     return slope.allFinite() ? static_cast<float>(across->trust) : 0;
   }
@@ -70,17 +72,18 @@ class Fitter {
   const GreenChart& chart_;
   const Foliation& foliation_;
   std::span<const Vec3> images_;
+  const RadiusProfile& profile_;
   std::vector<std::vector<std::int32_t>> ring_;
 };
 
 }  // namespace
 
-ImageSlopes slopesOfImages(const GreenChart& chart, std::span<const Vec3> images) {
+ImageSlopes slopesOfImages(const GreenChart& chart, std::span<const Vec3> images, const RadiusProfile& profile) {
   const Foliation& f = chart.foliation();
   ImageSlopes result;
   result.slope.assign(f.nodes.size(), Eigen::Matrix3f::Zero());
   result.trust.assign(f.nodes.size(), 0);
-  const Fitter fitter(chart, images);
+  const Fitter fitter(chart, images, profile);
   parallelChunks(f.centerNode(), 1024, [&](std::size_t begin, std::size_t end) {
     for (std::size_t id = begin; id < end; ++id) {
       result.trust[id] = fitter.fit(id / f.vertexCount, id % f.vertexCount, result.slope[id]);

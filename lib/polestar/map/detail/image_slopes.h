@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "polestar/chart/green_chart.h"
+#include "polestar/map/radius_profile.h"
 
 namespace polestar::detail {
 
@@ -16,10 +17,10 @@ struct ImageSlopes {
   std::vector<float> trust;
 };
 
-/// Of an image R u: along the field line R falls as the field says and u changes only in the core (a
+/// Of an image s(R) u: along the field line R falls as the field says and u changes only in the core (a
 /// difference along the line); in the level's tangent plane u is a quadratic fit through the ring of lines
 /// around (TangentFit). Where that finds a kink, as at creases, it is not trusted. Linear in the nodes;
 /// parallel.
-ImageSlopes slopesOfImages(const GreenChart& chart, std::span<const Vec3> images);
+ImageSlopes slopesOfImages(const GreenChart& chart, std::span<const Vec3> images, const RadiusProfile& profile);
 
 }  // namespace polestar::detail

@@ -3,7 +3,9 @@
 // nowhere else.
 
 #include <cstddef>
+#include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "polestar/core/context.h"
@@ -32,5 +34,25 @@ struct RepairOutcome {
 /// @throws Error{Errc::notConverged} when the patch cannot be factorized, Error{Errc::cancelled}
 RepairOutcome repairFlips(const TriMesh& mesh, std::span<const double> areaShares, int rings,
                           std::vector<Vec3>& directions, const Context& context);
+
+struct FlipsTurned {
+  std::string failure;           ///< why flips are left; empty when none are
+  std::size_t flips = 0;         ///< before
+  std::size_t freeVertices = 0;  ///< how many could move; 0 when there was nothing to do
+};
+
+/// repairFlips with wider and wider patches until no flip is left. What `finish` (may be empty) does to the
+/// repaired directions must leave none, either. `directions` is only changed on success.
+FlipsTurned turnFlipsBack(const TriMesh& mesh, std::span<const double> areaShares,
+                          std::vector<Vec3>& directions,
+                          const std::function<void(std::vector<Vec3>&)>& finish, Context& context);
+
+/// Moves all vertices from a map without flips down to the minimum of the MIPS energy of the flat triangles
+/// between the images, through maps without flips alone: what is left to do where the harmonic map flips more
+/// than can be turned back. Ends where the energy no longer falls by much and the area-weighted mean of the
+/// directions is 0, or after a few seconds.
+/// @throws Error{Errc::notConverged} when a preconditioner cannot be factorized, Error{Errc::cancelled}
+void descendFlipFree(const TriMesh& mesh, std::span<const double> areaShares, std::vector<Vec3>& directions,
+                     const Context& context);
 
 }  // namespace polestar::detail
