@@ -84,7 +84,9 @@ double mutated(double x, std::mt19937_64& random) {
 std::pair<std::string, std::size_t> mutate(PmapBytes& file, std::mt19937_64& random) {
   // The places of nodes matter most; half of the changes go there.
   const std::string wanted = random() % 2 ? "" : random() % 2 ? "nodes_inner" : "ball";
-  const PmapBytes::Array* array = &file.arrays[random() % file.arrays.size()];
+  const PmapBytes::Array* array = nullptr;
+  while (!array || array->count == 0)
+    array = &file.arrays[random() % file.arrays.size()];  // lists may be empty
   for (const PmapBytes::Array& candidate : file.arrays) {
     if (candidate.name == wanted) array = &candidate;
   }

@@ -241,6 +241,8 @@ FoliationTable::Value FoliationTable::CellMap::evaluate(const Vec3& x, const Eig
     }
     tableShare = std::clamp(tableShare, 0.0, 1.0);
     value.ballRadius = (1 - tableShare) * ofGreen + tableShare * linearImage.norm();
+    // G is what the coordinate says, too: one number in two grids.
+    if (tableShare > 0) value.green = (1 / table_.radius_.inverse(std::min(1.0, value.ballRadius)) - 1) / rho;
   }
   if constexpr (WithJacobian) {
     const Vec3& u = value.direction;

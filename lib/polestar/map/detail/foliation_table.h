@@ -28,8 +28,8 @@ class FoliationTable {
   std::optional<Location> locate(const Vec3& x, std::size_t hint, double slack = 1e-9) const;
 
   struct Value {
-    double green = 0;                ///< 1/|x| + interpolated h; 0 on the surface and positive inside
-    double ballRadius = 0;           ///< s(R) in [0, 1], 1 on the surface alone
+    double green = 0;       ///< 1/|x| + interpolated h, or that of s(R) around linear nodes; 0 on the surface
+    double ballRadius = 0;  ///< s(R) in [0, 1], 1 on the surface alone
     Vec3 direction = Vec3::UnitX();  ///< unit
     Mat3 jacobian = Mat3::Zero();    ///< of ballRadius * direction; only when asked for
   };
