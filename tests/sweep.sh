@@ -14,8 +14,8 @@ names=("$@")
 if [[ ${#names[@]} -eq 0 ]]; then
   mapfile -t names < <(awk -F'\t' '$6 == "yes" {print $1}' "$meshes/MANIFEST.tsv")
 fi
-printf '| model | V | verdict | boundary error | unresolved %% | charge + 1 | foliation bad | repaired | deep | inverted | collapsed | cells | round trip (voxels) | qc | seconds | MB |\n'
-printf '|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n'
+printf '| model | V | verdict | boundary error | unresolved %% | charge + 1 | bad in solid | bad in ball | lines retraced, replaced, bent | nodes moved | by (ball) | deep | inverted | collapsed | cells | round trip (voxels) | qc | seconds | MB |\n'
+printf '|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n'
 for name in "${names[@]}"; do
   start=$(date +%s.%N)
   "$polestar" map -q --json --keep-failed --overwrite --dim "$dim" -o "$scratch/map.vdb" -- "$meshes/$name" \
@@ -26,11 +26,11 @@ import json, sys
 name, path, seconds = sys.argv[1:]
 d = json.load(open(path))
 if "sampled" not in d:
-    print(f"| {name} | {d.get('vertices')} | {d['error']['code']}: {d['error']['message'][:120]} |" + " |" * 13)
+    print(f"| {name} | {d.get('vertices')} | {d['error']['code']}: {d['error']['message'][:120]} |" + " |" * 16)
     sys.exit()
 s, f = d["sampled"], d["foliation"]
 print(f"| {name} | {d['vertices']} | {d['certificate']['verdict']} | {d['boundary_error']['max']:.1e} | {100 * d['green']['unresolved_area']:.2g} | {d['charge'] + 1:.0e} "
-      f"| {f['inverted'] + f['flat']} | {f['lines_repaired'] + f['lines_failed']} | {s['inverted_deep']} | {s['inverted']} | {s['collapsed']} "
+      f"| {f['inverted'] + f['flat']} | {f['image_cells_bad']} | {f['lines_retraced']}, {f['lines_repaired'] + f['lines_failed']}, {f['lines_on_rays']} | {f['nodes_moved']} | {f['largest_move_ball']:.1e} | {s['inverted_deep']} | {s['inverted']} | {s['collapsed']} "
       f"| {s['cells']} | {s['round_trip_max'] / s['voxel_size']:.2f} ({s['round_trip_lost']} lost) | {d['sphere']['qc_mean']:.3f} "
       f"| {seconds} | {d['peak_memory_bytes'] / 1e6:.0f} |", flush=True)
 PY
