@@ -163,6 +163,7 @@ void describeMap(const BallMap& map, Session& session) {
                        {"cells", lines.cells.cells},
                        {"inverted", lines.cells.inverted},
                        {"flat", lines.cells.flat},
+                       {"lines", lines.lines},
                        {"lines_deepened", lines.deepened},
                        {"lines_failed", lines.failed},
                        {"lines_retraced", lines.retraced},

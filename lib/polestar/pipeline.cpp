@@ -57,7 +57,9 @@ BoundaryChoice completed(const GreenChart& chart, std::optional<SphereMap> spher
 }  // namespace
 
 BallMap mapToBall(const StarShape& given, const MapOptions& options, Context& context, MapTimings* timings) {
-  const StarShape shape = options.largestAngle > 0 ? subdivide(given, options.largestAngle, context) : given;
+  // Charges take the vertices for all that is known of the surface: midpoints of chords would mislead them.
+  const bool mayCut = options.largestAngle > 0 && options.green.solver == GreenSolver::layer;
+  const StarShape shape = mayCut ? subdivide(given, options.largestAngle, context) : given;
   MapTimings ignored;
   MapTimings& seconds = timings ? *timings : ignored;
   std::optional<SphereMap> sphere;

@@ -48,7 +48,8 @@ struct MapOptions {
   BalanceOptions balance;
   BallMapOptions ball;
   /// Triangles wider than this, in radians seen from the center, are cut before anything else: the table's
-  /// error between lines falls with the third power of their distance. 0: never.
+  /// error between lines falls with the third power of their distance. 0: never. The solver `mfs` gets the
+  /// mesh as it is.
   double largestAngle = 0.12;
 };
 
