@@ -90,7 +90,9 @@ std::vector<Array> arraysOf(const Bytes& file) {
   std::vector<Array> arrays;
   for (const json& entry : file.header.at("arrays")) {
     Array array{entry.at("name"), entry.at("type"), entry.at("shape").at(0), entry.at("shape").at(1)};
-    const std::size_t bytes = array.type == "int32" ? 4 : array.type == "float64" || array.type == "uint64" ? 8 : 0;
+    const std::size_t bytes = array.type == "int32"                               ? 4
+                              : array.type == "float64" || array.type == "uint64" ? 8
+                                                                                  : 0;
     if (bytes == 0) continue;  // of a later version, and no concern of ours
     const std::size_t offset = entry.at("offset"), available = file.all.size() - file.data;
     if (array.columns == 0 || array.columns > 64 || offset > available ||
@@ -169,8 +171,7 @@ PmapContents readPmap(const std::filesystem::path& path) try {
   }
   contents.radii = file.header.at("levels").get<std::vector<double>>();
   contents.levels = contents.radii.size();
-  contents.radiusIsOfGreen =
-      !file.header.contains("radius") || file.header["radius"].at("kind") == "green";
+  contents.radiusIsOfGreen = !file.header.contains("radius") || file.header["radius"].at("kind") == "green";
   if (contents.levels == 0) throw Unreadable("it has no levels");
   if (n > file.all.size() || contents.levels > file.all.size()) throw Unreadable("it has impossible sizes");
   contents.nodes = take<Vec3>(arrays, "nodes_inner", "float64", contents.levels * n + 1);

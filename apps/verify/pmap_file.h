@@ -28,7 +28,7 @@ struct PmapContents {
   std::vector<Vec3> ball;       ///< their images in the unit ball
   /// 1 for nodes that repairs moved off their field lines: their images are of no level. Empty: none.
   std::vector<char> moved;
-  Vec3 center;                  ///< mesh units
+  Vec3 center;  ///< mesh units
   double unit = 1;
   std::size_t notFinite = 0;   ///< numbers of the file's arrays that are NaN or infinite
   std::string firstNotFinite;  ///< where

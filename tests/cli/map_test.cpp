@@ -176,7 +176,8 @@ TEST_F(MappedBall, InfoKnowsBothFiles) {
   const std::uint64_t lines = made_.json()["foliation"]["lines"];
   EXPECT_GT(lines, 642u);
   EXPECT_EQ(grid["grids"][0]["metadata"]["polestar:map_hash"], hash);
-  EXPECT_THAT(runTool({"info", MappedBall::map()}).out, AllOf(HasSubstr(hash), HasSubstr(cli::grouped(lines))));
+  EXPECT_THAT(runTool({"info", MappedBall::map()}).out,
+              AllOf(HasSubstr(hash), HasSubstr(cli::grouped(lines))));
 }
 
 TEST_F(MappedBall, EvalKnowsTheBallsGreensFunction) {

@@ -128,12 +128,9 @@ class Outputs : public ::testing::Test {
  protected:
   /// Every command that writes a file; the output's name is still to come.
   std::vector<OutputCase> writers() {
-    return {{{"check", mesh_}, ".json"},
-            {{"info", mesh_}, ".json"},
-            {{"verify", mesh_}, ".json"},
-            {{"eval", mesh_, "--points", points_}, ".json"},
-            {{"map", mesh_}, ".vdb"},
-            {{"render", mesh_}, ".png"},
+    return {{{"check", mesh_}, ".json"},     {{"info", mesh_}, ".json"},
+            {{"verify", mesh_}, ".json"},    {{"eval", mesh_, "--points", points_}, ".json"},
+            {{"map", mesh_}, ".vdb"},        {{"render", mesh_}, ".png"},
             {{"warp", mesh_, mesh_}, ".ply"}};
   }
 

@@ -24,8 +24,8 @@ namespace {
 constexpr std::size_t kChunk = 512;
 const Vec3 kNowhere = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
 
-// A_R(omega) s(R) at the nodes. Where repairs moved a node it keeps being a sample of the map, at its new place;
-// unless that turns cells inside out: then it stands for its level and line.
+// A_R(omega) s(R) at the nodes. Where repairs moved a node it keeps being a sample of the map, at its new
+// place; unless that turns cells inside out: then it stands for its level and line.
 NodeImages imagesOfNodes(const GreenChart& chart, const CoreIsotopy& isotopy, std::span<const Vec3> phi,
                          const RadiusProfile& profile) {
   const Foliation& f = chart.foliation();
@@ -48,8 +48,7 @@ NodeImages imagesOfNodes(const GreenChart& chart, const CoreIsotopy& isotopy, st
     const Vec3 direction = chart.movedCanonical()[m] / radius;
     const std::optional<Vec3> to = boundaryOf(direction);
     if (!to) continue;
-    images.ball[chart.movedNodes()[m]] =
-        profile.value(radius) * isotopy.direction(radius, direction, *to);
+    images.ball[chart.movedNodes()[m]] = profile.value(radius) * isotopy.direction(radius, direction, *to);
     sampled[chart.movedNodes()[m]] = 1;
   }
   for (bool changed = true; changed;) {

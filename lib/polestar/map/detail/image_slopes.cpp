@@ -11,7 +11,11 @@ namespace {
 class Fitter {
  public:
   Fitter(const GreenChart& chart, std::span<const Vec3> images, const RadiusProfile& profile)
-      : chart_(chart), foliation_(chart.foliation()), images_(images), profile_(profile), ring_(foliation_.vertexCount) {
+      : chart_(chart),
+        foliation_(chart.foliation()),
+        images_(images),
+        profile_(profile),
+        ring_(foliation_.vertexCount) {
     for (const Triangle& t : foliation_.triangles) {
       for (int k = 0; k < 3; ++k) ring_[t[k]].push_back(t[(k + 1) % 3]);
     }
@@ -43,8 +47,8 @@ class Fitter {
     turn -= u * (u.transpose() * turn);
     const double rho = chart_.green().harmonicRadius();
     const double greenRadius = std::min(1.0, 1 / (1 + rho * std::max(0.0, 1 / r + chart_.harmonic()[id])));
-    const Mat3 result = radius * turn - profile_.derivative(greenRadius) * rho * greenRadius * greenRadius * u *
-                                            gradient.transpose();
+    const Mat3 result = radius * turn - profile_.derivative(greenRadius) * rho * greenRadius * greenRadius *
+                                            u * gradient.transpose();
     slope = result.cast<float>();
     return slope.allFinite() ? static_cast<float>(across->trust) : 0;
   }
@@ -78,7 +82,8 @@ class Fitter {
 
 }  // namespace
 
-ImageSlopes slopesOfImages(const GreenChart& chart, std::span<const Vec3> images, const RadiusProfile& profile) {
+ImageSlopes slopesOfImages(const GreenChart& chart, std::span<const Vec3> images,
+                           const RadiusProfile& profile) {
   const Foliation& f = chart.foliation();
   ImageSlopes result;
   result.slope.assign(f.nodes.size(), Eigen::Matrix3f::Zero());

@@ -21,6 +21,7 @@ struct ImageSlopes {
 /// difference along the line); in the level's tangent plane u is a quadratic fit through the ring of lines
 /// around (TangentFit). Where that finds a kink, as at creases, it is not trusted. Linear in the nodes;
 /// parallel.
-ImageSlopes slopesOfImages(const GreenChart& chart, std::span<const Vec3> images, const RadiusProfile& profile);
+ImageSlopes slopesOfImages(const GreenChart& chart, std::span<const Vec3> images,
+                           const RadiusProfile& profile);
 
 }  // namespace polestar::detail
