@@ -123,8 +123,9 @@ TEST(BallMap, TableAndTracesAgree) {
     worst = std::max(worst, (table[i] - exact[i]).norm());
     sum += (table[i] - exact[i]).norm();
   }
+  // The mean is 5e-5; with directions linear in the cells it is 9e-4.
   EXPECT_LT(worst, 1e-2);
-  EXPECT_LT(sum / static_cast<double>(x.size()), 1e-3);
+  EXPECT_LT(sum / static_cast<double>(x.size()), 1e-4);
 }
 
 TEST(BallMap, TracedMapInvertsItself) {

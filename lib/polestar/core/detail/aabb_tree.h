@@ -50,35 +50,26 @@ class AabbTree {
   /// The same for leaves no farther from `p` than sqrt(squaredRadius).
   template <class Visit>
   bool visitWithin(const Vec3& p, double squaredRadius, Visit&& visit) const {
-    if (nodes_.empty()) return false;
-    std::uint32_t stack[64];
-    int depth = 0;
-    stack[depth++] = 0;
-    while (depth > 0) {
-      const Node& node = nodes_[stack[--depth]];
-      if (node.bounds.squaredDistance(p) > squaredRadius) continue;
-      if (node.count > 0) {
-        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-          if (visit(static_cast<std::size_t>(order_[i]))) return true;
-        }
-      } else {
-        stack[depth++] = node.first + 1;
-        stack[depth++] = node.first;
-      }
-    }
-    return false;
+    return visitWhere([&](const Bounds& bounds) { return bounds.squaredDistance(p) <= squaredRadius; },
+                      visit);
   }
 
   /// The same for leaves whose box meets `box`.
   template <class Visit>
   bool visitOverlapping(const Bounds& box, Visit&& visit) const {
+    return visitWhere([&](const Bounds& bounds) { return bounds.overlaps(box); }, visit);
+  }
+
+ private:
+  template <class Meets, class Visit>
+  bool visitWhere(Meets&& meets, Visit&& visit) const {
     if (nodes_.empty()) return false;
     std::uint32_t stack[64];
     int depth = 0;
     stack[depth++] = 0;
     while (depth > 0) {
       const Node& node = nodes_[stack[--depth]];
-      if (!node.bounds.overlaps(box)) continue;
+      if (!meets(node.bounds)) continue;
       if (node.count > 0) {
         for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
           if (visit(static_cast<std::size_t>(order_[i]))) return true;
@@ -91,7 +82,6 @@ class AabbTree {
     return false;
   }
 
- private:
   class Builder;
   static constexpr std::uint32_t kLeafSize = 6;
   struct Node {
