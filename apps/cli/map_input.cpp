@@ -167,6 +167,7 @@ void describeMap(const BallMap& map, Session& session) {
                        {"lines_deepened", lines.deepened},
                        {"lines_failed", lines.failed},
                        {"lines_retraced", lines.retraced},
+                       {"lines_added", lines.added},
                        {"lines_repaired", lines.repaired},
                        {"lines_on_rays", lines.rayLines},
                        {"nodes_moved", map.chart().movedNodes().size()},

@@ -21,40 +21,42 @@ auto timed(double& total, Work&& work) {
   return result;
 }
 
-// Whether the chart is needed for it. If not it is made early, so that its warnings come early.
-bool needsChart(SphereMapKind kind) {
-  return kind == SphereMapKind::fieldLine || kind == SphereMapKind::balanced;
-}
-
-SphereMap surfaceSphereMap(const StarShape& shape, SphereMapKind kind, Context& context) {
-  return kind == SphereMapKind::conformal ? conformalSphereMap(shape, {}, context) : radialSphereMap(shape);
-}
-
-BoundaryChoice completed(const GreenChart& chart, std::optional<SphereMap> sphere, const MapOptions& options,
-                         Context& context) {
+SphereMap firstSphereMap(const GreenChart& chart, SphereMapKind kind, Context& context) {
   const StarShape& shape = chart.green().shape();
-  const bool balanced = options.boundary == SphereMapKind::balanced;
-  // Balancing starts from the directions of field lines, mostly the closest map without flips to its end.
-  const bool fromFieldLines =
-      options.boundary == SphereMapKind::fieldLine || (balanced && chart.report().directionFlips == 0);
-  if (!sphere) {
-    sphere = fromFieldLines ? fieldLineSphereMap(shape, chart.directions(), context) : radialSphereMap(shape);
+  switch (kind) {
+    case SphereMapKind::conformal:
+      return conformalSphereMap(shape, {}, context);
+    case SphereMapKind::fieldLine:
+      return fieldLineSphereMap(shape, chart.directions(), context);
+    case SphereMapKind::balanced:
+      // Balancing starts from the directions of field lines, mostly the closest map without flips to its end.
+      if (chart.report().directionFlips == 0) return fieldLineSphereMap(shape, chart.directions(), context);
+      break;
+    case SphereMapKind::radial:
+      break;
   }
+  return radialSphereMap(shape);
+}
+
+}  // namespace
+
+BoundaryChoice chooseBoundary(const GreenChart& chart, const MapOptions& options, Context& context) {
+  context.progress("mapping the boundary to the sphere", 0);
+  SphereMap sphere = firstSphereMap(chart, options.boundary, context);
+  const bool balanced = options.boundary == SphereMapKind::balanced;
   const RadiusKind kind = options.radius.value_or(balanced ? RadiusKind::balanced : RadiusKind::green);
   RadiusProfile radius;
   if (kind != RadiusKind::balanced) radius = radiusProfile(kind, chart.foliation());
-  if (!balanced && kind != RadiusKind::balanced) return {std::move(*sphere), std::move(radius)};
+  if (!balanced && kind != RadiusKind::balanced) return {std::move(sphere), std::move(radius)};
 
   BalanceOptions balance = options.balance;
   if (!balanced) balance.rounds = 0;
   BalancedMap result =
-      balanceMap(chart, *sphere, kind == RadiusKind::balanced ? nullptr : &radius, balance, context);
+      balanceMap(chart, sphere, kind == RadiusKind::balanced ? nullptr : &radius, balance, context);
   if (balanced && !result.sphere.fallbackReason.empty())
     context.log(LogLevel::warning, result.sphere.fallbackReason);
   return {std::move(result.sphere), std::move(result.radius)};
 }
-
-}  // namespace
 
 BallMap mapToBall(const StarShape& given, const MapOptions& options, Context& context, MapTimings* timings) {
   // Charges take the vertices for all that is known of the surface: midpoints of chords would mislead them.
@@ -62,11 +64,6 @@ BallMap mapToBall(const StarShape& given, const MapOptions& options, Context& co
   const StarShape shape = mayCut ? subdivide(given, options.largestAngle, context) : given;
   MapTimings ignored;
   MapTimings& seconds = timings ? *timings : ignored;
-  std::optional<SphereMap> sphere;
-  if (!needsChart(options.boundary)) {
-    context.progress("mapping the boundary to the sphere", 0);
-    sphere = timed(seconds.sphere, [&] { return surfaceSphereMap(shape, options.boundary, context); });
-  }
   const GreenFunction green = timed(seconds.green, [&] { return solveGreen(shape, options.green, context); });
   if (const double share = green.record().unresolvedArea; share > 0) {
     char percent[16];
@@ -77,19 +74,12 @@ BallMap mapToBall(const StarShape& given, const MapOptions& options, Context& co
   }
   const GreenChart chart = timed(seconds.trace, [&] { return traceChart(green, options.chart, context); });
   BoundaryChoice boundary =
-      timed(seconds.sphere, [&] { return completed(chart, std::move(sphere), options, context); });
+      timed(seconds.sphere, [&] { return chooseBoundary(chart, options, context); });
   BallMap map = timed(seconds.trace, [&] {
     return BallMap(chart, std::move(boundary.sphere), options.ball, std::move(boundary.radius));
   });
   if (!map.coreFallbackReason().empty()) context.log(LogLevel::warning, map.coreFallbackReason());
   return map;
-}
-
-BoundaryChoice chooseBoundary(const GreenChart& chart, const MapOptions& options, Context& context) {
-  std::optional<SphereMap> sphere;
-  if (!needsChart(options.boundary))
-    sphere = surfaceSphereMap(chart.green().shape(), options.boundary, context);
-  return completed(chart, std::move(sphere), options, context);
 }
 
 SolidGrids gridsOf(const BallMap& map, const GridOptions& options, Context& context) {

@@ -34,6 +34,7 @@ struct ChartReport {
   std::size_t failed = 0;    ///< lines that no start could carry through; replaced by their neighbours' mean
   std::size_t retraced =
       0;  ///< lines that were followed again from another start: cells around were inverted
+  std::size_t added = 0;  ///< lines from midpoints of edges, where cells stayed inverted between the others
   std::size_t repaired = 0;  ///< lines that were replaced by their neighbours' mean for that reason
   std::size_t rayLines = 0;  ///< lines that were bent towards the rays of their vertices, as the last resort
   double largestMove = 0;    ///< of a node off its field line by repairs, inner units
@@ -83,7 +84,7 @@ Vec3 limitDirection(const Vec3& outer, double outerRadius, const Vec3& inner, do
 class GreenChart {
  public:
   struct Data {
-    GreenFunction green;
+    GreenFunction green;  ///< its shape may be a refinement of the one that was given
     Foliation foliation;
     std::vector<double> h;  ///< harmonic part of G at every node (0 <= id <= center)
     std::vector<Vec3>
@@ -111,7 +112,8 @@ class GreenChart {
   std::shared_ptr<const Data> data_;
 };
 
-/// Traces all vertices, repairs single lines that were caught or folded, counts the cells.
+/// Traces all vertices, refines the surface above cells that are inverted between true lines, repairs single
+/// lines that were caught, counts the cells.
 /// Cost: 100 to 200 evaluations of the field a vertex.
 GreenChart traceChart(const GreenFunction& green, const ChartOptions& options = {},
                       Context& context = Context::quiet());

@@ -87,6 +87,11 @@ double GreenFunction::ballRadius(double green) const {
   return 1 / (1 + harmonicRadius() * std::max(green, 0.0));
 }
 
+GreenFunction GreenFunction::onRefined(StarShape finer) const {
+  return GreenFunction(std::make_shared<const Data>(
+      Data{std::move(finer), data_->sources, data_->field, data_->record}));
+}
+
 GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options, Context& context) {
   options.validate();
   if (options.solver == GreenSolver::mfs) return detail::solveGreenByCharges(shape, options.mfs, context);

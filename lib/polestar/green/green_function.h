@@ -143,7 +143,8 @@ struct GreenRecord {
 
 /// A single layer, inner frame: h(x) = integral of density(y)/|x - y|, the density linear on the triangles.
 struct SurfaceLayer {
-  /// The surface, split further where that was needed. Its first vertices are those of the shape.
+  /// The surface, split further where that was needed. Its first vertices are those of the shape that was
+  /// solved for.
   TriMesh mesh;
   /// At the vertices of `mesh`, per unit area; -density is the density of harmonic measure, so positive.
   std::vector<double> density;
@@ -171,6 +172,9 @@ class GreenFunction {
 
   /// R = 1/(1 + rho G) for a value of G; clamped to [0, 1].
   double ballRadius(double green) const;
+
+  /// The same function on a refinement of its shape: same solid, same frame. The sources stay.
+  GreenFunction onRefined(StarShape finer) const;
 
  private:
   struct Data {

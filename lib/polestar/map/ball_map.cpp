@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "polestar/chart/detail/untangle.h"
 #include "polestar/core/detail/parallel.h"
 #include "polestar/core/error.h"
 #include "polestar/core/predicates.h"
@@ -66,6 +67,32 @@ NodeImages imagesOfNodes(const GreenChart& chart, const CoreIsotopy& isotopy, st
     if (!sampled[id]) images.linear.push_back(id);
   }
   return images;
+}
+
+// Turns over the few cells that the blend of the core leaves inverted, by moving images within their levels
+// below the core's outermost. Fails by leaving `images` as they were.
+bool untangleCore(const Foliation& f, double coreRadius, const RadiusProfile& profile,
+                  std::vector<Vec3>& images) {
+  constexpr int kRings[] = {1, 2, 4};
+  const auto outer =
+      std::find_if(f.levels.begin(), f.levels.end(), [&](double r) { return r < coreRadius; }) - 1;
+  const auto skipped = static_cast<std::ptrdiff_t>(f.vertexCount) * (outer - f.levels.begin());
+  Foliation core;
+  core.vertexCount = f.vertexCount;
+  core.triangles = f.triangles;
+  core.levels.assign(outer, f.levels.end());
+  core.nodes.assign(images.begin() + skipped, images.end());
+  if (countCells(core).bad() < countCells(f, images).bad()) return false;  // some lie above
+  for (const int rings : kRings) {
+    for (const std::size_t id : detail::untangle(core, rings, Context::quiet()).movedNodes) {
+      Vec3& image = core.nodes[id];
+      image = profile.value(core.levels[id / core.vertexCount]) * image.normalized();
+    }
+    if (countCells(core).bad() > 0) continue;
+    std::copy(core.nodes.begin(), core.nodes.end(), images.begin() + skipped);
+    return true;
+  }
+  return false;
 }
 
 std::size_t countLevelFlips(const Foliation& f, const std::vector<Vec3>& images) {
@@ -217,7 +244,9 @@ BallMap::BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& optio
       if (wider >= 1) break;
       used.coreRadius = wider;
       images = build();
-      const std::size_t flips = countLevelFlips(f, images.ball), cells = countCells(f, images.ball).bad();
+      std::size_t cells = countCells(f, images.ball).bad();
+      if (cells > 0 && untangleCore(f, wider, radius, images.ball)) cells = 0;
+      const std::size_t flips = countLevelFlips(f, images.ball);
       if (flips + cells == 0) {
         found.clear();
         break;

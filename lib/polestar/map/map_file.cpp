@@ -292,7 +292,7 @@ void addSources(ArrayList& arrays, const GreenSources& sources) {
   }
 }
 
-GreenSources takeSources(const RawFile& raw, const std::filesystem::path& path, std::size_t vertices) {
+GreenSources takeSources(const RawFile& raw, const std::filesystem::path& path) {
   if (raw.header.at("green").at("solver") == "mfs") {
     PointSources charges;
     charges.positions = takeArray<Vec3>(raw, path, "source_positions_inner", 3, 0);
@@ -304,7 +304,6 @@ GreenSources takeSources(const RawFile& raw, const std::filesystem::path& path, 
   layer.mesh.triangles = takeArray<Triangle>(raw, path, "layer_triangles", 3, 0);
   checkIndices(layer.mesh, path);
   layer.density = takeArray<double>(raw, path, "density", 1, layer.mesh.vertices.size());
-  if (layer.mesh.vertices.size() < vertices) fail(path, "the layer has fewer vertices than the surface");
   return layer;
 }
 
@@ -359,7 +358,7 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
                           e.value("sampled", 0.0),
                           e.value("truncation", 0.0)};
   for (const json& proof : g.value("signs", json::array())) record.signs.push_back(toSignProof(proof));
-  GreenSources sources = takeSources(raw, path, n);
+  GreenSources sources = takeSources(raw, path);
   GreenFunction green = restoreGreen(shape, std::move(sources), std::move(record));
 
   auto data = std::make_shared<GreenChart::Data>(GreenChart::Data{green, {}, {}, {}, {}, {}, {}, {}});

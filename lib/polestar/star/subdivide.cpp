@@ -23,6 +23,19 @@ std::vector<char> tooWide(const TriMesh& mesh, const Vec3& center, double larges
   return marked;
 }
 
+// Nothing where rounding hides the center.
+std::optional<StarShape> aboutSameCenter(const StarShape& shape, TriMesh mesh) {
+  StarOptions options;
+  options.center = shape.frame().origin;
+  options.rays = 0;
+  try {
+    return verifyStarShape(verifyClosedSurface(std::move(mesh)), options);
+  } catch (const Error& error) {
+    if (error.code() != Errc::notStarShaped && error.code() != Errc::invalidSurface) throw;
+    return std::nullopt;
+  }
+}
+
 }  // namespace
 
 StarShape subdivide(const StarShape& shape, double largestAngle, Context& context) {
@@ -36,20 +49,19 @@ StarShape subdivide(const StarShape& shape, double largestAngle, Context& contex
     mesh = bisectLongestEdges(mesh, marked).mesh;
   }
   if (mesh.vertices.size() == before) return shape;
-  try {
-    StarOptions options;
-    options.center = center;
-    options.rays = 0;
-    const std::size_t after = mesh.vertices.size();
-    StarShape finer = verifyStarShape(verifyClosedSurface(std::move(mesh)), options);
-    context.log(LogLevel::info, "the map's table has " + std::to_string(after) +
-                                    " vertices on the surface, " + std::to_string(after - before) +
-                                    " more than the mesh: its triangles are wide");
-    return finer;
-  } catch (const Error& error) {
-    if (error.code() != Errc::notStarShaped && error.code() != Errc::invalidSurface) throw;
-    return shape;
-  }
+  const std::size_t after = mesh.vertices.size();
+  std::optional<StarShape> finer = aboutSameCenter(shape, std::move(mesh));
+  if (!finer) return shape;
+  context.log(LogLevel::info, "the map's table has " + std::to_string(after) + " vertices on the surface, " +
+                                  std::to_string(after - before) + " more than the mesh: its triangles are wide");
+  return *finer;
+}
+
+std::optional<RefinedShape> bisect(const StarShape& shape, const std::vector<char>& marked) {
+  Refinement refinement = bisectLongestEdges(shape.surface().mesh(), marked);
+  std::optional<StarShape> finer = aboutSameCenter(shape, std::move(refinement.mesh));
+  if (!finer) return std::nullopt;
+  return RefinedShape{*std::move(finer), std::move(refinement.parents)};
 }
 
 }  // namespace polestar

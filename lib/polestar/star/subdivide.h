@@ -1,6 +1,11 @@
 #pragma once
 // A table of field lines is as fine as the surface that they start from: large triangles are cut before.
 
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
 #include "polestar/star/star_shape.h"
 
 namespace polestar {
@@ -11,5 +16,14 @@ namespace polestar {
 /// `shape` itself where nothing is too wide, or where that ulp hides the center (margins near 1e-16).
 /// About 4 pi / largestAngle^2 vertices more at most on compact bodies.
 StarShape subdivide(const StarShape& shape, double largestAngle, Context& context = Context::quiet());
+
+/// A refinement of a shape.
+struct RefinedShape {
+  StarShape shape;
+  std::vector<std::array<std::int32_t, 2>> parents;  ///< of the vertices that were added
+};
+/// The same solid with the marked triangles cut once at their longest edges, and neighbours as far as it
+/// takes; nothing where the rounding of midpoints hides the center.
+std::optional<RefinedShape> bisect(const StarShape& shape, const std::vector<char>& marked);
 
 }  // namespace polestar

@@ -117,37 +117,47 @@ class Repairer {
   std::vector<std::vector<std::int32_t>> ring_;
 };
 
+std::size_t total(const std::vector<int>& counts) {
+  std::size_t sum = 0;
+  for (const int c : counts) sum += static_cast<std::size_t>(c);
+  return sum;
+}
+
 }  // namespace
 
-LineRepair repairLines(Foliation& foliation, std::span<const std::int32_t> failed, const Retrace& retrace) {
-  LineRepair result;
-  Repairer repairer(foliation);
-  repairer.fillFailed(failed);
+void fillLines(Foliation& foliation, std::span<const std::int32_t> failed) {
+  if (!failed.empty()) Repairer(foliation).fillFailed(failed);
+}
 
-  std::vector<Vec3> best = foliation.nodes;
+RetracedLines retraceLines(Foliation& foliation, const Retrace& retrace) {
+  RetracedLines result;
+  const Repairer repairer(foliation);
   std::vector<int> bad = repairer.badByTriangle();
-  auto total = [](const std::vector<int>& counts) {
-    std::size_t sum = 0;
-    for (const int c : counts) sum += static_cast<std::size_t>(c);
-    return sum;
-  };
   std::size_t fewest = total(bad);
   for (int attempt = 0; attempt < kRetraces && fewest > 0; ++attempt) {
+    const std::vector<Vec3> before = foliation.nodes;
     const std::set<std::int32_t> lines = repairer.suspects(bad, false);
     retrace(lines, attempt);
-    const std::vector<int> now = repairer.badByTriangle();
+    result.touched.insert(lines.begin(), lines.end());
+    std::vector<int> now = repairer.badByTriangle();
     if (total(now) < fewest) {
       fewest = total(now);
-      bad = now;
-      best = foliation.nodes;
-      result.retraced += lines.size();
+      bad = std::move(now);
+      result.kept += lines.size();
     } else {
-      foliation.nodes = best;
+      foliation.nodes = before;
     }
   }
+  return result;
+}
 
-  const std::vector<Vec3> traced = foliation.nodes;
-  std::set<std::int32_t> touched, kept;
+ReplacedLines replaceLines(Foliation& foliation) {
+  ReplacedLines result;
+  Repairer repairer(foliation);
+  std::vector<int> bad = repairer.badByTriangle();
+  std::size_t fewest = total(bad);
+  std::vector<Vec3> best = foliation.nodes;
+  std::set<std::int32_t> touched;
   for (int round = 0; round < kRounds && fewest > 0; ++round) {
     const std::set<std::int32_t> lines = repairer.suspects(bad, round >= kWidenAfter);
     if (lines.empty()) break;
@@ -157,26 +167,10 @@ LineRepair repairLines(Foliation& foliation, std::span<const std::int32_t> faile
     if (total(bad) < fewest) {
       fewest = total(bad);
       best = foliation.nodes;
-      kept = touched;
+      result.lines = touched;
     }
   }
-  foliation.nodes = best;
-
-  const std::set<std::int32_t> lost(failed.begin(), failed.end());
-  std::set<std::size_t> moved;
-  for (const std::int32_t v : lost) {
-    for (std::size_t level = 1; level < foliation.levels.size(); ++level)
-      moved.insert(foliation.nodeId(level, v));
-  }
-  for (const std::int32_t v : kept) {
-    result.lines += !lost.count(v);
-    for (std::size_t level = 1; level < foliation.levels.size(); ++level) {
-      const std::size_t id = foliation.nodeId(level, v);
-      moved.insert(id);
-      if (!lost.count(v)) result.largestMove = std::max(result.largestMove, (best[id] - traced[id]).norm());
-    }
-  }
-  result.movedNodes.assign(moved.begin(), moved.end());
+  foliation.nodes = std::move(best);
   result.badCells = fewest;
   return result;
 }

@@ -30,6 +30,8 @@ class LayerRun {
         device_(PairDevice::open(options.device, context)) {
     record_.summary.solver = "layer";
     for (const Vec3& p : mesh_.vertices) largestRadius_ = std::max(largestRadius_, p.norm());
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
+      width_.push_back(std::sqrt(areaVector(mesh_, t).norm()));
     // To see where the first splits belong a residual well below the tolerance is enough; later solves start
     // close to the solution, and each may be the last.
     record_.accuracy = std::max(options.residual, 0.1 * options.tolerance);
@@ -44,15 +46,17 @@ class LayerRun {
       solve();
       // Looking everywhere is dear and left for the end.
       std::vector<double> error = likelyError();
+      weighByFlux(error);
       const bool last = record_.summary.passes >= options_.maxPasses;
       const bool look = last || *std::max_element(error.begin(), error.end()) <= aim;
       if (look) {
         finish();
-        if (last || record_.boundaryError.max <= aim) {
+        error = measured_.byTriangle;
+        weighByFlux(error);
+        if (last || *std::max_element(error.begin(), error.end()) <= aim) {
           record_.summary.stop = "passes spent";
           break;
         }
-        error = measured_.byTriangle;
       }
       if (!split(error, largest)) {
         if (!look) finish();
@@ -148,6 +152,19 @@ class LayerRun {
     record_.boundaryError = measured_.error;
   }
 
+  // Where G rises slowly from the surface, at sharp convex edges and in narrow parts, an error within the
+  // tolerance may exceed G itself as deep as the shape's triangles are wide, and field lines would follow the
+  // error. Counts errors there as larger: the tolerance then stands for kShare of G at that depth.
+  void weighByFlux(std::vector<double>& error) const {
+    constexpr double kShare = 0.05, kMostWeight = 50;
+    for (std::size_t t = 0; t < error.size(); ++t) {
+      const Triangle& c = mesh_.triangles[t];
+      const double slope = 4 * std::numbers::pi / 3 * (density_[c[0]] + density_[c[1]] + density_[c[2]]);
+      const double allowed = kShare * record_.harmonicRadius * std::abs(slope) * width_[t];
+      error[t] *= std::clamp(options_.tolerance / allowed, 1.0, kMostWeight);
+    }
+  }
+
   // Halves triangles until the error that is expected of their pieces, which falls like their diameter, is
   // within the tolerance; false when the budget does not allow it.
   bool split(std::vector<double> error, double largest) {
@@ -183,15 +200,17 @@ class LayerRun {
         continue;
       }
       for (const auto& [a, b] : refined.parents) density_.push_back(0.5 * (density_[a] + density_[b]));
-      std::vector<double> finer(refined.mesh.triangles.size());
+      std::vector<double> finer(refined.mesh.triangles.size()), width(finer.size());
       for (std::size_t t = 0; t < finer.size(); ++t) {
         const std::uint32_t parent = refined.triangleParents[t];
         // Pieces of one triangle lie side by side.
         const bool cut = (t > 0 && refined.triangleParents[t - 1] == parent) ||
                          (t + 1 < finer.size() && refined.triangleParents[t + 1] == parent);
         finer[t] = (cut ? kGain : 1) * expected[parent];
+        width[t] = width_[parent];
       }
       expected = std::move(finer);
+      width_ = std::move(width);
       mesh_ = std::move(refined.mesh);
       ++round;
     }
@@ -264,6 +283,7 @@ class LayerRun {
   const GreenOptions& options_;
   Context& context_;
   TriMesh mesh_;
+  std::vector<double> width_;  // of the shape's triangle that each is a piece of
   double largestRadius_ = 0;  // of the surface; the harmonic radius is smaller
   Mat3 axes_;
   std::vector<double> density_;
