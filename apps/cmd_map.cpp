@@ -98,6 +98,10 @@ class MapCommand final : public Command {
     const double voxel = voxel_ > 0 ? voxel_ : voxelSizeFor(mesh, dim_);
     SolidGrids grids = session.timed(
         "sample", [&] { return gridsOf(map, {.voxelSize = voxel, .padding = kPaddingVoxels}, context); });
+    const FilteredGrids filtered = session.timed("filter", [&] { return filterCells(grids, context); });
+    session.json()["filtered"] = {{"voxels", filtered.voxels},
+                                  {"inverted_before", filtered.invertedBefore},
+                                  {"largest_move_ball", filtered.largestMove}};
     const Certificate certificate =
         session.timed("certify", [&] { return certifyGrids(map, grids, kRoundTrips, context); });
     describeCertificate(certificate, voxel, session);

@@ -1,11 +1,14 @@
 #include "polestar/pipeline.h"
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "polestar/core/version.h"
 
@@ -114,6 +117,85 @@ SolidGrids gridsOf(const BallMap& map, const GridOptions& options, Context& cont
   grids.setMetadata("polestar:radius", std::string(toString(map.radius().kind())));
   grids.setMetadata("polestar:boundary_error", green.boundaryError().max);
   return grids;
+}
+
+namespace {
+
+// Index coordinates, both ends included.
+struct IndexBox {
+  std::array<int, 3> low, high;
+
+  bool near(const IndexBox& other) const {
+    for (int a = 0; a < 3; ++a) {
+      if (low[a] > other.high[a] || other.low[a] > high[a]) return false;
+    }
+    return true;
+  }
+  void include(const IndexBox& other) {
+    for (int a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], other.low[a]);
+      high[a] = std::max(high[a], other.high[a]);
+    }
+  }
+};
+
+// The deep inverted cells, each as the box of its corners, grown by `margin`; boxes that meet become one.
+std::vector<IndexBox> boxesOfInvertedCells(const SolidGrids& grids, int margin, std::size_t most,
+                                           std::size_t& count) {
+  constexpr int n = SolidGrids::Brick::kSize;
+  std::vector<std::vector<IndexBox>> found(grids.leafCount("rest"));
+  grids.visitBricks("rest", [&](std::size_t leaf, const SolidGrids::Brick& brick) {
+    const VoxelBlock block{n, brick.values, brick.signedDistance, brick.active, grids.voxelSize()};
+    if (judgeCells(block).invertedDeep == 0) return;
+    for (const std::array<int, 3>& cell : deepInvertedCells(block)) {
+      IndexBox box{};
+      for (int a = 0; a < 3; ++a) {
+        box.low[a] = brick.origin[a] + cell[a] - margin;
+        box.high[a] = brick.origin[a] + cell[a] + 1 + margin;
+      }
+      found[leaf].push_back(box);
+    }
+  });
+  std::vector<IndexBox> boxes;
+  for (const auto& part : found) boxes.insert(boxes.end(), part.begin(), part.end());
+  count = boxes.size();
+  if (count > most) return {};
+  for (bool merged = true; merged;) {
+    merged = false;
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      for (std::size_t j = boxes.size(); j-- > i + 1;) {
+        if (!boxes[i].near(boxes[j])) continue;
+        boxes[i].include(boxes[j]);
+        boxes.erase(boxes.begin() + static_cast<std::ptrdiff_t>(j));
+        merged = true;
+      }
+    }
+  }
+  return boxes;
+}
+
+}  // namespace
+
+FilteredGrids filterCells(SolidGrids& grids, Context& context) {
+  constexpr int kMargin = 8, kLargest = 160;
+  constexpr double kMost = 1e-3;
+  FilteredGrids result;
+  const auto most = static_cast<std::size_t>(kMost * static_cast<double>(grids.insideVoxels()));
+  for (const IndexBox& box : boxesOfInvertedCells(grids, kMargin, most, result.invertedBefore)) {
+    context.throwIfCancelled();
+    int size = 0;
+    for (int a = 0; a < 3; ++a) size = std::max(size, box.high[a] - box.low[a] + 1);
+    if (size > kLargest) continue;
+    SolidGrids::Cube cube = grids.readCube("rest", box.low, size);
+    FilteredBlock filtered =
+        filterInvertedCells({size, cube.values, cube.signedDistance, cube.active, grids.voxelSize()});
+    cube.values = std::move(filtered.rest);
+    grids.replace("rest", cube, filtered.moved);
+    result.voxels += filtered.moved.size();
+    result.largestMove = std::max(result.largestMove, filtered.largestMove);
+  }
+  grids.setMetadata("polestar:filtered_voxels", static_cast<std::int64_t>(result.voxels));
+  return result;
 }
 
 Certificate certifyGrids(const BallMap& map, const SolidGrids& grids, std::size_t roundTrips,

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "polestar/certify/certificate.h"
+#include "polestar/certify/voxel_filter.h"
 #include "polestar/chart/green_chart.h"
 #include "polestar/green/green_function.h"
 #include "polestar/map/balanced.h"
@@ -74,6 +75,16 @@ BoundaryChoice chooseBoundary(const GreenChart& chart, const MapOptions& options
 /// The grids `surface`, `density`, `rest` and `green` of a map, with its provenance as metadata. G is capped
 /// at the value it has at one voxel from the center; the cap is in the metadata.
 SolidGrids gridsOf(const BallMap& map, const GridOptions& options, Context& context = Context::quiet());
+
+/// What filterCells() changed.
+struct FilteredGrids {
+  std::size_t voxels = 0;          ///< of `rest` that moved
+  std::size_t invertedBefore = 0;  ///< cells deeper than one voxel
+  double largestMove = 0;          ///< in ball radii
+};
+/// Low-pass filters `rest` around the cells deeper than a voxel that came out inverted, where these are few
+/// (up to one in a thousand cells): see certify/voxel_filter.h. Counted in the metadata.
+FilteredGrids filterCells(SolidGrids& grids, Context& context = Context::quiet());
 
 /// Judges the cells of the grid `rest` as written, and the round trip through up to `roundTrips` of its
 /// voxels.

@@ -371,6 +371,42 @@ void SolidGrids::visitBricks(const std::string& vectorGrid,
   });
 }
 
+SolidGrids::Cube SolidGrids::readCube(const std::string& vectorGrid, const std::array<int, 3>& lowest,
+                                      int size) const {
+  const openvdb::Vec3STree& vectors = impl_->vectorTree(vectorGrid);
+  openvdb::tree::ValueAccessor<const openvdb::Vec3STree> vectorAt(vectors);
+  openvdb::tree::ValueAccessor<const openvdb::FloatTree> distanceAt(impl_->surface->constTree());
+  Cube cube;
+  cube.lowest = lowest;
+  cube.size = size;
+  for (int x = 0; x < size; ++x) {
+    for (int y = 0; y < size; ++y) {
+      for (int z = 0; z < size; ++z) {
+        const openvdb::Coord at(lowest[0] + x, lowest[1] + y, lowest[2] + z);
+        openvdb::Vec3s value;
+        cube.active.push_back(vectorAt.probeValue(at, value));
+        cube.values.emplace_back(value.x(), value.y(), value.z());
+        cube.signedDistance.push_back(distanceAt.getValue(at));
+      }
+    }
+  }
+  return cube;
+}
+
+void SolidGrids::replace(const std::string& vectorGrid, const Cube& cube,
+                         std::span<const std::size_t> samples) {
+  openvdb::tree::ValueAccessor<openvdb::Vec3STree> at(
+      const_cast<openvdb::Vec3STree&>(impl_->vectorTree(vectorGrid)));
+  const auto size = static_cast<std::size_t>(cube.size);
+  for (const std::size_t i : samples) {
+    const openvdb::Coord place(cube.lowest[0] + static_cast<int>(i / (size * size)),
+                               cube.lowest[1] + static_cast<int>(i / size % size),
+                               cube.lowest[2] + static_cast<int>(i % size));
+    const Vec3f& value = cube.values[i];
+    at.setValueOnly(place, openvdb::Vec3s(value[0], value[1], value[2]));
+  }
+}
+
 std::size_t SolidGrids::leafCount(const std::string& vectorGrid) const {
   return impl_->vectorTree(vectorGrid).leafCount();
 }

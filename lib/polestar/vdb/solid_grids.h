@@ -107,6 +107,21 @@ class SolidGrids {
   /// @throws Error{Errc::usage} when there is no such vector grid (both).
   std::size_t leafCount(const std::string& vectorGrid) const;
 
+  /// A cube of samples of a vector grid, size^3, z fastest, from `lowest` on; 0 and inactive where the grid
+  /// holds no value.
+  struct Cube {
+    std::array<int, 3> lowest{};  ///< index coordinates
+    int size = 0;
+    std::vector<Vec3f> values;
+    std::vector<float> signedDistance;  ///< mesh units
+    std::vector<std::uint8_t> active;
+  };
+  /// @throws Error{Errc::usage} when there is no such vector grid (both).
+  Cube readCube(const std::string& vectorGrid, const std::array<int, 3>& lowest, int size) const;
+  /// Puts the values of a cube's active samples, listed by their place in it, in the place of those that the
+  /// grid holds.
+  void replace(const std::string& vectorGrid, const Cube& cube, std::span<const std::size_t> samples);
+
   /// World position (mesh units) of an index-space point.
   Vec3 indexToWorld(const Vec3& index) const;
 

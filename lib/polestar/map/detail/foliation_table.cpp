@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 
 #include <tbb/task_arena.h>
 
@@ -20,6 +21,8 @@ constexpr std::size_t kMostPrisms = 16;
 /// trusted and beyond which it is not at all: the fit saw something else than a smooth map, or the cells are
 /// too coarse for one.
 constexpr double kFreeExcess = 0.4, kMostExcess = 0.8;
+/// G at a node, off that of its level by more than this, is noise.
+constexpr double kMostOff = 0.25;
 
 // Cells of a prism or, beyond the prisms, the one at the center.
 template <class Visit>
@@ -63,12 +66,24 @@ AabbTree FoliationTable::treeOver(std::span<const Vec3> positions) const {
   return AabbTree(boxes);
 }
 
+// Next to the surface, where lines do not run yet, the error of G may exceed G.
+bool FoliationTable::offLevel(std::size_t id) const {
+  const Foliation& f = chart_.foliation();
+  const double level = f.levels[id / f.vertexCount];
+  const double wanted = (1 / level - 1) / chart_.green().harmonicRadius();
+  const double found = 1 / f.nodes[id].norm() + chart_.harmonic()[id];
+  return !(std::abs(found - wanted) <= kMostOff * wanted);
+}
+
 void FoliationTable::markLinear() {
   const Foliation& f = chart_.foliation();
   linear_.assign(f.nodes.size(), 0);
-  if (images_.linear.empty()) return;
   std::vector<char> listed(f.nodes.size(), 0);
   for (const std::size_t id : images_.linear) listed[id] = 1;
+  for (std::size_t id = f.vertexCount; id < f.centerNode(); ++id) {
+    if (offLevel(id)) listed[id] = 1;
+  }
+  if (std::find(listed.begin(), listed.end(), 1) == listed.end()) return;
   for (std::size_t id = 0; id < f.cellCount(); ++id) {
     const auto cell = f.cell(id);
     if (std::none_of(cell.begin(), cell.end(), [&](std::uint32_t node) { return listed[node]; })) continue;
@@ -229,18 +244,21 @@ FoliationTable::Value FoliationTable::CellMap::evaluate(const Vec3& x, const Eig
   if (length > 0) value.direction = ball / length;
 
   // Around linear nodes the field and the table disagree; the table is one to one. Around nodes that were
-  // not the two agree, so one can pass into the other.
-  double tableShare = 0;
-  Vec3 linearImage = Vec3::Zero(), slopeOfShare = Vec3::Zero();
+  // not the two agree, so one can pass into the other. Radii are interpolated as such: the norm of the
+  // interpolated images would sink between them, in thin layers below the next level.
+  double tableShare = 0, linearRadius = 0;
+  Vec3 slopeOfRadius = Vec3::Zero(), slopeOfShare = Vec3::Zero();
   if (anyLinear_) {
     for (int k = 0; k < 4; ++k) {
-      linearImage += weights[k] * image_[k];
+      const double radius = image_[k].norm();
+      linearRadius += weights[k] * radius;
+      slopeOfRadius += radius * weightGradient_[k];
       if (!isLinear_[k]) continue;
       tableShare += weights[k];
       slopeOfShare += weightGradient_[k];
     }
     tableShare = std::clamp(tableShare, 0.0, 1.0);
-    value.ballRadius = (1 - tableShare) * ofGreen + tableShare * linearImage.norm();
+    value.ballRadius = (1 - tableShare) * ofGreen + tableShare * linearRadius;
     // G is what the coordinate says, too: one number in two grids.
     if (tableShare > 0) value.green = (1 / table_.radius_.inverse(std::min(1.0, value.ballRadius)) - 1) / rho;
   }
@@ -249,9 +267,7 @@ FoliationTable::Value FoliationTable::CellMap::evaluate(const Vec3& x, const Eig
     Vec3 gradientOfR = -(1 - tableShare) * table_.radius_.derivative(greenRadius) * rho * greenRadius *
                        greenRadius * potential.gradient;
     if (tableShare > 0) {
-      const double linearLength = linearImage.norm();
-      gradientOfR += tableShare / linearLength * (linearSlope_.transpose() * linearImage) +
-                     (linearLength - ofGreen) * slopeOfShare;
+      gradientOfR += tableShare * slopeOfRadius + (linearRadius - ofGreen) * slopeOfShare;
     }
     value.jacobian = u * gradientOfR.transpose() +
                      value.ballRadius / length * (Mat3::Identity() - u * u.transpose()) * slope;

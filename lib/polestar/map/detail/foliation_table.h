@@ -59,6 +59,7 @@ class FoliationTable {
   };
 
   AabbTree treeOver(std::span<const Vec3> positions) const;
+  bool offLevel(std::size_t node) const;
   void markLinear();
   void limitSlopes();
 

@@ -1,0 +1,151 @@
+#include "polestar/certify/voxel_filter.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace polestar {
+namespace {
+
+constexpr int kRings = 4, kSweeps = 24, kBorder = 2;
+
+class Filter {
+ public:
+  explicit Filter(const VoxelBlock& block)
+      : block_(block), n_(block.size), rest_(block.rest.begin(), block.rest.end()) {
+    result_.rest = rest_;
+    const CellQuality before = judge();
+    result_.invertedDeep = before.invertedDeep;
+    mostInverted_ = before.inverted;
+  }
+
+  FilteredBlock run() {
+    std::vector<char> bad(rest_.size(), 0);
+    for (int rings = 1; rings <= kRings && result_.invertedDeep > 0; ++rings) {
+      rest_.assign(block_.rest.begin(), block_.rest.end());
+      // Cells that invert on the way join in.
+      for (int sweep = 0; sweep < kSweeps && result_.invertedDeep > 0; ++sweep) {
+        markBadCells(bad);
+        smooth(weights(bad, rings));
+        keepIfBetter();
+      }
+    }
+    for (std::size_t i = 0; i < rest_.size(); ++i) {
+      if (result_.rest[i] == block_.rest[i]) continue;
+      result_.moved.push_back(i);
+      result_.largestMove = std::max(
+          result_.largestMove, (result_.rest[i].cast<double>() - block_.rest[i].cast<double>()).norm());
+    }
+    return std::move(result_);
+  }
+
+ private:
+  std::size_t at(int i, int j, int k) const {
+    return (static_cast<std::size_t>(i) * n_ + j) * n_ + k;
+  }
+  template <class Visit>
+  void visit(int from, int to, Visit&& visit) const {
+    for (int i = from; i < to; ++i) {
+      for (int j = from; j < to; ++j) {
+        for (int k = from; k < to; ++k) visit(i, j, k);
+      }
+    }
+  }
+
+  CellQuality judge() const {
+    VoxelBlock block = block_;
+    block.rest = rest_;
+    return judgeCells(block);
+  }
+
+  void keepIfBetter() {
+    const CellQuality now = judge();
+    if (now.invertedDeep >= result_.invertedDeep || now.inverted > mostInverted_) return;
+    result_.invertedDeep = now.invertedDeep;
+    result_.rest = rest_;
+  }
+
+  // Corners of deep inverted cells, added to those that are marked.
+  void markBadCells(std::vector<char>& bad) const {
+    VoxelBlock block = block_;
+    block.rest = rest_;
+    for (const auto& [i, j, k] : deepInvertedCells(block)) {
+      for (int c = 0; c < 8; ++c) bad[at(i + (c >> 2), j + (c >> 1 & 1), k + (c & 1))] = 1;
+    }
+  }
+
+  // 1 at the marked samples, falling to 0 beyond `rings` voxels (of the largest coordinate difference).
+  std::vector<float> weights(const std::vector<char>& bad, int rings) const {
+    std::vector<float> weight(rest_.size(), 0);
+    visit(0, n_, [&](int i, int j, int k) {
+      if (!bad[at(i, j, k)]) return;
+      for (int a = -rings; a <= rings; ++a) {
+        for (int b = -rings; b <= rings; ++b) {
+          for (int c = -rings; c <= rings; ++c) {
+            const int x = i + a, y = j + b, z = k + c;
+            if (std::min({x, y, z}) < kBorder || std::max({x, y, z}) >= n_ - kBorder) continue;
+            const int distance = std::max({std::abs(a), std::abs(b), std::abs(c)});
+            float& w = weight[at(x, y, z)];
+            w = std::max(w, 1 - static_cast<float>(distance) / static_cast<float>(rings + 1));
+          }
+        }
+      }
+    });
+    return weight;
+  }
+
+  void smooth(const std::vector<float>& weight) {
+    const std::vector<Vec3f> before = rest_;
+    const std::array<std::size_t, 3> step{at(1, 0, 0), at(0, 1, 0), 1};
+    for (std::size_t i = 0; i < rest_.size(); ++i) {
+      if (!(weight[i] > 0) || !block_.active[i]) continue;
+      Vec3 mean = Vec3::Zero();
+      int pairs = 0;  // only both sides of an axis: one alone would pull
+      for (const std::size_t s : step) {
+        if (!block_.active[i - s] || !block_.active[i + s]) continue;
+        mean += 0.5 * (before[i - s].cast<double>() + before[i + s].cast<double>());
+        ++pairs;
+      }
+      const Vec3 old = before[i].cast<double>();
+      const double radius = block_.rest[i].cast<double>().norm();
+      if (pairs == 0 || !(radius > 0)) continue;
+      const Vec3 filtered = old + 0.6 * weight[i] * (mean / pairs - old);
+      if (filtered.norm() > 0) rest_[i] = (radius / filtered.norm() * filtered).cast<float>();
+    }
+  }
+
+  const VoxelBlock& block_;
+  int n_;
+  std::vector<Vec3f> rest_;
+  std::size_t mostInverted_ = 0;
+  FilteredBlock result_;
+};
+
+}  // namespace
+
+std::vector<std::array<int, 3>> deepInvertedCells(const VoxelBlock& block) {
+  const auto n = static_cast<std::size_t>(block.size);
+  std::vector<std::array<int, 3>> found;
+  std::array<Vec3f, 8> rest;
+  std::array<float, 8> distance;
+  std::array<std::uint8_t, 8> active;
+  for (std::size_t i = 0; i + 1 < n; ++i) {
+    for (std::size_t j = 0; j + 1 < n; ++j) {
+      for (std::size_t k = 0; k + 1 < n; ++k) {
+        for (std::size_t c = 0; c < 8; ++c) {
+          const std::size_t id = ((i + (c >> 2)) * n + j + (c >> 1 & 1)) * n + k + (c & 1);
+          rest[c] = block.rest[id];
+          distance[c] = block.signedDistance[id];
+          active[c] = block.active[id];
+        }
+        if (judgeCells({2, rest, distance, active, block.voxelSize}).invertedDeep > 0)
+          found.push_back({static_cast<int>(i), static_cast<int>(j), static_cast<int>(k)});
+      }
+    }
+  }
+  return found;
+}
+
+FilteredBlock filterInvertedCells(const VoxelBlock& block) { return Filter(block).run(); }
+
+}  // namespace polestar
