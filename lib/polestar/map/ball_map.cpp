@@ -175,31 +175,43 @@ struct BallMap::Data {
   }
 
   Vec3 invert(const Vec3& y, std::size_t& hint) const;
-  /// From a start x; NaN where that leads nowhere.
-  Vec3 improve(Vec3 x, const Vec3& y, std::size_t& hint) const;
+  struct Preimage {
+    Vec3 x;
+    double miss;  ///< in the ball
+  };
+  /// From a start x.
+  Preimage improve(Vec3 x, const Vec3& y, std::size_t& hint) const;
 };
 
 Vec3 BallMap::Data::invert(const Vec3& y, std::size_t& hint) const {
+  constexpr double kAcceptable = 1e-7;
   const double length = y.norm();
   if (!(length <= 1 + 1e-9)) return kNowhere;
   if (length == 0) return Vec3::Zero();
-  const Vec3 first = improve(guess(y), y, hint);
-  if (first.allFinite()) return first;
+  Preimage best = improve(guess(y), y, hint);
+  if (best.miss < kAcceptable) return best.x;
   // The right cell to start in costs a second tree; few points need it.
-  const std::optional<Vec3> start = table.linearInverse(y);
-  return start ? improve(*start, y, hint) : kNowhere;
+  if (const std::optional<Vec3> start = table.linearInverse(y)) {
+    const Preimage second = improve(*start, y, hint);
+    if (second.miss < best.miss) best = second;
+    if (best.miss < kAcceptable) return best.x;
+    if (const std::optional<Vec3> found = table.inverseNear(y, *start)) return *found;
+  }
+  // R reaches 1 a little inside where h is interpolated: accept what lies that close to the boundary.
+  const double nearBoundary = 1e-3 * std::max(1.0, radius.derivative(1));
+  return length > 0.98 && best.miss < nearBoundary ? best.x : kNowhere;
 }
 
 // Newton's method with step halving on the piecewise smooth table.
-Vec3 BallMap::Data::improve(Vec3 x, const Vec3& y, std::size_t& hint) const {
+BallMap::Data::Preimage BallMap::Data::improve(Vec3 x, const Vec3& y, std::size_t& hint) const {
   constexpr int kIterations = 50, kHalvings = 12;
-  constexpr double kTolerance = 1e-13, kAcceptable = 1e-7;
+  constexpr double kTolerance = 1e-13;
   auto value = at(x, hint, true);
   for (int pull = 0; !value && pull < 60; ++pull) {
     x *= 1 - 1e-9 * std::pow(2.0, pull);  // just outside the surface: towards the center
     value = at(x, hint, true);
   }
-  if (!value) return kNowhere;
+  if (!value) return {kNowhere, HUGE_VAL};
   Vec3 rest = value->ballRadius * value->direction - y;
   for (int i = 0; i < kIterations && rest.norm() > kTolerance; ++i) {
     const Vec3 step = value->jacobian.fullPivLu().solve(rest);
@@ -219,9 +231,7 @@ Vec3 BallMap::Data::improve(Vec3 x, const Vec3& y, std::size_t& hint) const {
     }
     if (!improved) break;
   }
-  // R reaches 1 a little inside where h is interpolated: accept what lies that close to the boundary.
-  const double nearBoundary = 1e-3 * std::max(1.0, radius.derivative(1));
-  return rest.norm() < std::max(kAcceptable, y.norm() > 0.98 ? nearBoundary : 0.0) ? x : kNowhere;
+  return {x, rest.norm()};
 }
 
 BallMap::BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options, RadiusProfile radius) {

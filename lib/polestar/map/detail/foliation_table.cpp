@@ -118,6 +118,12 @@ class FoliationTable::CellMap {
   /// An inverted or flat cell holds no point.
   bool positive() const { return positive_; }
 
+  Vec3 place(const Eigen::Vector4d& weights) const {
+    Vec3 x = Vec3::Zero();
+    for (int k = 0; k < 4; ++k) x += weights[k] * corner_[k];
+    return x;
+  }
+
   Eigen::Vector4d weigh(const Vec3& x) const {
     const Vec3 p = x - corner_[0];
     Eigen::Vector4d w;
@@ -320,6 +326,41 @@ std::optional<Vec3> FoliationTable::linearInverse(const Vec3& y) const {
     });
   });
   return best;
+}
+
+std::optional<Vec3> FoliationTable::inverseNear(const Vec3& y, const Vec3& x) const {
+  constexpr int kSteps = 12;
+  constexpr double kSlack = 1e-7, kTolerance = 1e-10;
+  const Foliation& f = chart_.foliation();
+  const std::optional<Location> here = locate(x, 0, 1e3);
+  if (!here) return std::nullopt;
+  double edge = 0;
+  const auto corner = f.cell(here->cell);
+  for (int a = 0; a < 4; ++a) {
+    for (int b = 0; b < a; ++b) edge = std::max(edge, (f.nodes[corner[a]] - f.nodes[corner[b]]).norm());
+  }
+  std::optional<Vec3> found;
+  tree_.visitWithin(x, 16 * edge * edge, [&](std::size_t item) {
+    return visitCells(f, item, [&](std::size_t id) {
+      CellMap cell(*this, id);
+      if (!cell.positive()) return false;
+      cell.prepare();
+      Vec3 at = cell.place(Eigen::Vector4d::Constant(0.25));
+      for (int step = 0; step < kSteps; ++step) {
+        const Eigen::Vector4d weights = cell.weigh(at);
+        if (!(weights.cwiseAbs().maxCoeff() < 3)) return false;  // on its way elsewhere
+        const Value value = cell.evaluate<true>(at, weights);
+        const Vec3 rest = value.ballRadius * value.direction - y;
+        if (rest.norm() < kTolerance) {
+          if (weights.minCoeff() >= -kSlack) found = at;
+          break;
+        }
+        at -= value.jacobian.fullPivLu().solve(rest);
+      }
+      return found.has_value();
+    });
+  });
+  return found;
 }
 
 FoliationTable::Value FoliationTable::evaluate(const Vec3& x, const Location& location,

@@ -44,6 +44,10 @@ class FoliationTable {
   /// The first call builds a tree over them.
   std::optional<Vec3> linearInverse(const Vec3& y) const;
 
+  /// Where one of the cells within four of its edges of x takes y from, by the cell's own map: the map is
+  /// smooth in cells alone, and steps over their faces can go round in circles. Nothing when none does.
+  std::optional<Vec3> inverseNear(const Vec3& y, const Vec3& x) const;
+
   const NodeImages& images() const { return images_; }
 
  private:
