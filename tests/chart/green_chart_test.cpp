@@ -5,6 +5,7 @@
 #include "polestar/core/error.h"
 #include "polestar/core/threads.h"
 #include "polestar/mesh/shapes.h"
+#include "polestar/star/subdivide.h"
 #include "support/exact_green.h"
 #include "support/meshes.h"
 #include "support/solids.h"
@@ -55,7 +56,9 @@ TEST(GreenChart, LinesKeepTheStreamFunctionOfTheExactField) {
 }
 
 TEST(GreenChart, NodesCarryTheFieldAtTheirPlace) {
-  const GreenChart chart = traceChart(solveGreen(starShape(smoothStar(2))));
+  ChartOptions options;
+  options.firstStep = 0.02;
+  const GreenChart chart = traceChart(solveGreen(starShape(smoothStar(2))), options);
   const Foliation& f = chart.foliation();
   const GreenFunction& green = chart.green();
   for (std::size_t id = f.vertexCount; id < f.nodes.size(); ++id) {
@@ -66,9 +69,9 @@ TEST(GreenChart, NodesCarryTheFieldAtTheirPlace) {
     EXPECT_LT((chart.harmonicGradient()[id] - gradient).norm(), 1e-10);
     if (id == f.centerNode()) continue;
     const double radius = green.ballRadius(1 / f.nodes[id].norm() + h);
-    // Above the starts of the traces nodes lie on straight ways.
+    // Above the starts of the traces nodes lie on straight ways, evenly, which G does not quite follow.
     const double level = f.levels[id / f.vertexCount];
-    EXPECT_NEAR(radius, level, std::max(1e-4, 0.05 * (1 - level)));
+    EXPECT_NEAR(radius, level, 1 - level < options.firstStep - 1e-12 ? 0.5 * (1 - level) : 1e-4);
   }
 }
 
@@ -127,6 +130,18 @@ TEST(GreenChart, RealModelsHaveNoInvertedCell) {
         traceChart(solveGreen(testing::starShapeFromFile(*testing::meshFolder() / name)));
     EXPECT_EQ(chart.report().cells.bad(), 0u) << name;
     EXPECT_EQ(chart.report().directionFlips, 0u) << name;
+  }
+}
+
+// Sharp ridges, nostrils, legs: what is missing are lines, and none has to be moved for it.
+TEST(GreenChart, SharpRealModelsKeepTheirLines) {
+  POLESTAR_REQUIRE_MESHES();
+  for (const char* name : {"golevka.stl", "geographos.ply", "itokawa_16.obj"}) {
+    const StarShape shape = subdivide(testing::starShapeFromFile(*testing::meshFolder() / name), 0.12);
+    const GreenChart chart = traceChart(solveGreen(shape));
+    EXPECT_EQ(chart.report().cells.bad(), 0u) << name;
+    EXPECT_EQ(chart.report().directionFlips, 0u) << name;
+    EXPECT_TRUE(chart.movedNodes().empty()) << name;
   }
 }
 

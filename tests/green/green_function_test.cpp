@@ -148,6 +148,34 @@ TEST(GreenFunction, SplitsUntilTheToleranceHolds) {
   }
 }
 
+// In the corners of a cube G rises with the third power of the distance: an error of the tolerance would be
+// all that lines see there.
+TEST(GreenFunction, ErrorsStayFarBelowGInCorners) {
+  const int divisions = 6;
+  const StarShape shape = starShape(cube(divisions), kCubePole);
+  const GreenFunction green = solveGreen(shape);
+  EXPECT_EQ(green.record().summary.stop, "tolerance reached");
+  const double width = 2.0 / divisions / shape.frame().unit;  // of the given triangles
+  const TriMesh& mesh = green.layerMesh();
+  std::vector<Vec3> points;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vec3 sum = mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2);
+    for (int k = 0; k < 3; ++k) points.push_back((sum + 3 * mesh.corner(t, k)) / 6);
+  }
+  std::vector<double> value(points.size());
+  std::vector<Vec3> gradient(points.size());
+  green.evaluate(points, value, gradient);
+  double worst = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Triangle& t = mesh.triangles[i / 3];
+    const double slope = 4 * std::numbers::pi / 3 *
+                         std::abs(green.density()[t[0]] + green.density()[t[1]] + green.density()[t[2]]);
+    if (green.harmonicRadius() * std::abs(value[i]) < 0.02 * GreenOptions().tolerance) continue;  // let be
+    worst = std::max(worst, std::abs(value[i]) / (slope * width));
+  }
+  EXPECT_LT(worst, 0.05);
+}
+
 TEST(GreenFunction, SaysWhenTheBudgetIsSpent) {
   GreenOptions options;
   options.tolerance = 1e-5;

@@ -40,5 +40,22 @@ TEST(Subdivide, LeavesFineMeshesAlone) {
   EXPECT_EQ(&subdivide(shape, 0.12).mesh(), &shape.mesh());
 }
 
+TEST(Bisect, CutsWhatIsMarkedOnceAndKeepsTheSolid) {
+  const StarShape shape = testing::starShape(cube(2));
+  std::vector<char> marked(shape.mesh().triangles.size(), 0);
+  marked[5] = 1;
+  const std::optional<RefinedShape> finer = bisect(shape, marked);
+  ASSERT_TRUE(finer);
+  const std::vector<Vec3>&before = shape.mesh().vertices, &after = finer->shape.mesh().vertices;
+  ASSERT_EQ(after.size(), before.size() + finer->parents.size());
+  EXPECT_EQ(finer->parents.size(), 1u);  // both triangles at the diagonal, and no other edge
+  EXPECT_EQ(finer->shape.mesh().triangles.size(), shape.mesh().triangles.size() + 2);
+  for (std::size_t i = 0; i < before.size(); ++i) EXPECT_EQ(after[i], before[i]);
+  const auto [a, b] = finer->parents[0];
+  EXPECT_LT((after.back() - 0.5 * (before[a] + before[b])).norm(), 1e-15);
+  EXPECT_EQ(finer->shape.frame().origin, shape.frame().origin);
+  EXPECT_EQ(finer->shape.frame().unit, shape.frame().unit);
+}
+
 }  // namespace
 }  // namespace polestar

@@ -266,6 +266,36 @@ TEST(SolidGrids, BricksShowWhatIsWritten) {
   EXPECT_EQ(ownActive, grids.activeVoxels()) << "the leaves' own voxels are all voxels";
 }
 
+TEST(SolidGrids, ReplacesWhatACubeLists) {
+  const TriMesh mesh = smoothStar(3);
+  SolidGrids grids(mesh, {.voxelSize = voxelSizeFor(mesh, 20)});
+  grids.addVector("rest", VectorRole::invariant, stampAll, false);
+  SolidGrids::Cube cube = grids.readCube("rest", {-3, 5, 6}, 11);
+  ASSERT_EQ(cube.values.size(), 11u * 11 * 11);
+  std::vector<std::size_t> held;
+  for (std::size_t i = 0; i < cube.values.size(); ++i) {
+    const Vec3 index(-3 + static_cast<double>(i / 121), 5 + static_cast<double>(i / 11 % 11),
+                     6 + static_cast<double>(i % 11));
+    EXPECT_EQ(cube.active[i] != 0, cube.signedDistance[i] < 0);
+    EXPECT_EQ(cube.values[i], cube.active[i] ? stamp(grids.indexToWorld(index)) : Vec3f(Vec3f::Zero()));
+    if (cube.active[i]) held.push_back(i);
+  }
+  ASSERT_GT(held.size(), 100u);
+  ASSERT_LT(held.size(), cube.values.size());
+
+  const std::vector<Vec3f> before = cube.values;
+  for (Vec3f& value : cube.values) value += Vec3f(1, 2, 3);
+  const std::vector<std::size_t> some{held[3], held[70]};
+  grids.replace("rest", cube, some);
+  const SolidGrids::Cube after = grids.readCube("rest", cube.lowest, cube.size);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const bool listed = i == some[0] || i == some[1];
+    EXPECT_EQ(after.values[i], listed ? cube.values[i] : before[i]);
+    EXPECT_EQ(after.active[i], cube.active[i]);
+  }
+  EXPECT_THROW(grids.readCube("surface", {0, 0, 0}, 2), Error);
+}
+
 TEST(SolidGrids, ThrowsWhatTheSamplerThrowsAndAddsNothing) {
   SolidGrids grids(icosphere(2), {.voxelSize = 0.1});
   struct Refusal {};

@@ -12,31 +12,31 @@ constexpr int kRings = 4, kSweeps = 24, kBorder = 2;
 class Filter {
  public:
   explicit Filter(const VoxelBlock& block)
-      : block_(block), n_(block.size), rest_(block.rest.begin(), block.rest.end()) {
-    result_.rest = rest_;
-    const CellQuality before = judge();
-    result_.invertedDeep = before.invertedDeep;
-    mostInverted_ = before.inverted;
-  }
+      : block_(block), n_(block.size), rest_(block.rest.begin(), block.rest.end()) {}
 
   FilteredBlock run() {
+    const CellQuality before = judge();
+    bool done = before.invertedDeep == 0;
     std::vector<char> bad(rest_.size(), 0);
-    for (int rings = 1; rings <= kRings && result_.invertedDeep > 0; ++rings) {
+    for (int rings = 1; rings <= kRings && !done; ++rings) {
       rest_.assign(block_.rest.begin(), block_.rest.end());
-      // Cells that invert on the way join in.
-      for (int sweep = 0; sweep < kSweeps && result_.invertedDeep > 0; ++sweep) {
-        markBadCells(bad);
+      for (int sweep = 0; sweep < kSweeps && !done; ++sweep) {
+        markBadCells(bad);  // those that invert on the way join in
         smooth(weights(bad, rings));
-        keepIfBetter();
+        const CellQuality now = judge();
+        done = now.invertedDeep == 0 && now.inverted <= before.inverted;
       }
     }
+    FilteredBlock result;
+    if (!done) rest_.assign(block_.rest.begin(), block_.rest.end());
     for (std::size_t i = 0; i < rest_.size(); ++i) {
-      if (result_.rest[i] == block_.rest[i]) continue;
-      result_.moved.push_back(i);
-      result_.largestMove = std::max(
-          result_.largestMove, (result_.rest[i].cast<double>() - block_.rest[i].cast<double>()).norm());
+      if (rest_[i] == block_.rest[i]) continue;
+      result.moved.push_back(i);
+      result.largestMove = std::max(
+          result.largestMove, (rest_[i].cast<double>() - block_.rest[i].cast<double>()).norm());
     }
-    return std::move(result_);
+    result.rest = std::move(rest_);
+    return result;
   }
 
  private:
@@ -56,13 +56,6 @@ class Filter {
     VoxelBlock block = block_;
     block.rest = rest_;
     return judgeCells(block);
-  }
-
-  void keepIfBetter() {
-    const CellQuality now = judge();
-    if (now.invertedDeep >= result_.invertedDeep || now.inverted > mostInverted_) return;
-    result_.invertedDeep = now.invertedDeep;
-    result_.rest = rest_;
   }
 
   // Corners of deep inverted cells, added to those that are marked.
@@ -117,8 +110,6 @@ class Filter {
   const VoxelBlock& block_;
   int n_;
   std::vector<Vec3f> rest_;
-  std::size_t mostInverted_ = 0;
-  FilteredBlock result_;
 };
 
 }  // namespace

@@ -17,15 +17,15 @@ std::vector<std::array<int, 3>> deepInvertedCells(const VoxelBlock& block);
 struct FilteredBlock {
   std::vector<Vec3f> rest;         ///< of the block, in its order
   std::vector<std::size_t> moved;  ///< samples that changed, ascending
-  std::size_t invertedDeep = 0;    ///< cells left, of CellQuality::invertedDeep before
   double largestMove = 0;          ///< in the units of `rest`
 };
 
 /// Filters `rest` around the deep inverted cells of a block whose values are directions times radii: each
 /// sample moves towards the mean of its six neighbours and keeps its radius, so that iso-surfaces stay where
 /// they are. The weight fades over up to four voxels around those cells. Affine maps stay what they are.
-/// Nothing is moved in the outermost two layers of the block, and nothing at all unless it leaves fewer deep
-/// inverted cells and no more inverted ones. Some hundred passes over the block at most.
+/// Nothing is moved in the outermost two layers of the block, and nothing at all unless no deep inverted cell
+/// is left and no more cells are inverted than were: what really folds stays folded. Some hundred passes over
+/// the block at most.
 FilteredBlock filterInvertedCells(const VoxelBlock& block);
 
 }  // namespace polestar

@@ -11,7 +11,9 @@ namespace polestar::detail {
 namespace {
 
 constexpr int kRounds = 8;
-constexpr double kMostTriangles = 0.01;  // share above bad cells; more are not a matter of single places
+// Above bad cells; more are not a matter of single places, but of the field.
+constexpr double kLargestShare = 0.01;
+constexpr std::size_t kFew = 100;
 constexpr double kWorthwhile = 0.9;      // of the bad area, left by a round
 
 struct BadColumns {
@@ -41,7 +43,9 @@ LocalRefinement refineAboveBadCells(GreenChart::Data& data, LineTracing& tracing
   const Foliation& f = data.foliation;
   BadColumns bad = badColumns(f);
   for (int round = 0; round < kRounds && bad.triangles > 0; ++round) {
-    if (static_cast<double>(bad.triangles) > kMostTriangles * static_cast<double>(f.triangles.size())) break;
+    if (bad.triangles > kFew &&
+        static_cast<double>(bad.triangles) > kLargestShare * static_cast<double>(f.triangles.size()))
+      break;
     const std::optional<RefinedShape> finer = bisect(data.green.shape(), bad.marked);
     if (!finer) break;
     const std::size_t before = f.vertexCount;
