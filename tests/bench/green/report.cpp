@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <fstream>
 #include <functional>
-#include <set>
 
 #include "exact_solid.h"
 #include "log_log_plot.h"
@@ -72,21 +71,6 @@ Default options unless a tolerance is given. `head` is volumes/head.ply, each tr
 formula of volumes/asteroid.ply at that many vertices, finer detail included.
 
 )";
-
-std::string machineText(const std::vector<Json>& results) {
-  std::set<std::string> machines;
-  for (const Json& r : results) {
-    if (!r.contains("machine")) continue;
-    const Json& m = r.at("machine");
-    machines.insert("- " + m.at("cpu").get<std::string>() + ", " +
-                    std::to_string(m.at("threads").get<int>()) + " threads" + "; polestar " +
-                    m.at("version").get<std::string>() + ", compiled " + m.at("compiled").get<std::string>() +
-                    " by " + m.at("compiler").get<std::string>() + "\n");
-  }
-  std::string result = "Measured on:\n\n";
-  for (const std::string& machine : machines) result += machine;
-  return result + "\n";
-}
 
 std::string targetsText(const std::vector<Json>& results) {
   std::string table = "## Goals\n\n| goal | measured | |\n|---|---|---|\n";
