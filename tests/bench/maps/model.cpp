@@ -81,14 +81,36 @@ Json describeChart(const ChartReport& report) {
           {"omega_flips", report.directionFlips}};
 }
 
+struct Judged {
+  Certificate certificate;
+  double secondsOfSampling, secondsOfJudging;
+};
+
+Judged judge(const BallMap& map, double voxel) {
+  Stopwatch watch;
+  const SolidGrids grids = gridsOf(map, {.voxelSize = voxel});
+  const double sampling = watch.lap().wall;
+  Certificate certificate = certifyGrids(map, grids);
+  return {std::move(certificate), sampling, watch.lap().wall};
+}
+
+/// Verdicts of the other choices that methods are compared with.
+Json judgeOthers(const Solved& solved, double voxel) {
+  Json list = Json::array();
+  for (const Choice& choice : choices().subspan(1)) {
+    if (!choice.compared) continue;
+    const Certificate certificate = judge(make(solved, choice).map, voxel).certificate;
+    list.push_back({{"choice", choice.name},
+                    {"verdict", toString(certificate.verdict)},
+                    {"failure", certificate.failure()}});
+  }
+  return list;
+}
+
 Json measureMap(const Solved& solved, int dim, const PeakMemory& memory) {
   const auto [map, secondsOfSphere] = make(solved, choices().front());
   const double voxel = voxelSizeFor(solved.shape().surface().mesh(), dim);
-  Stopwatch watch;
-  const SolidGrids grids = gridsOf(map, {.voxelSize = voxel});
-  const double sample = watch.lap().wall;
-  const Certificate certificate = certifyGrids(map, grids);
-  const double certify = watch.lap().wall;
+  const auto [certificate, sample, certify] = judge(map, voxel);
   const GreenFunction& green = solved.chart.green();
   const CellQuality& cells = certificate.sampled;
   Json row{
@@ -115,6 +137,7 @@ Json measureMap(const Solved& solved, int dim, const PeakMemory& memory) {
         {"sample", sample},
         {"certify", certify}}},
       {"peak_bytes", memory.bytes()}};
+  row["others"] = judgeOthers(solved, voxel);
   return row;
 }
 

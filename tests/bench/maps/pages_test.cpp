@@ -63,6 +63,25 @@ TEST(Pages, SayWhatWasNotMeasuredAndMarkTheBest) {
             std::string::npos);
 }
 
+TEST(Pages, TellEveryRefusalAndItsReason) {
+  const test::ScratchFolder folder;
+  MeasureOptions options;
+  options.dim = 16;
+  Json row =
+      measureModel(std::filesystem::path(POLESTAR_VOLUMES_FOLDER) / "cube.obj", {Part::map}, options).front();
+  row["verdict"] = "failed";
+  row["failure"] = "voxel_cells 3 is over 0";
+  row["others"][0]["verdict"] = "sampled";
+  row["others"][1]["verdict"] = "failed";
+  row["others"][1]["failure"] = "round_trip is over 0.5";
+  writePages(folder.path(), {row});
+  const std::string page = test::bytesOf(folder / "bench-maps.md");
+  for (const char* part :
+       {"- cube.obj: voxel_cells 3 is over 0", "- cube.obj (balanced 0.03): round_trip is over 0.5",
+        "| failed | sampled | failed |"})
+    EXPECT_NE(page.find(part), std::string::npos) << part << " in\n" << page;
+}
+
 TEST(Choices, BeginWithTheDefaultsOfMap) {
   const MapOptions defaults;
   EXPECT_EQ(choices().front().boundary, defaults.boundary);
