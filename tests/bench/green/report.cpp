@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <fstream>
 #include <functional>
 
 #include "exact_solid.h"
 #include "log_log_plot.h"
+#include "page.h"
 #include "plan.h"
-#include "polestar/core/atomic_file.h"
 #include "tables.h"
 #include "targets.h"
 
@@ -128,10 +126,6 @@ LogLogPlot scalingPlot(const std::vector<Json>& results) {
     if (!series.points.empty()) plot.panels[0].series.push_back(std::move(series));
   }
   return plot;
-}
-
-void writeText(const std::filesystem::path& file, const std::string& content) {
-  writeAtomically(file, [&](const std::filesystem::path& temporary) { std::ofstream(temporary) << content; });
 }
 
 /// The picture's link for the page; nothing when there is nothing to draw.

@@ -25,7 +25,7 @@ struct MeasureOptions {
   /// Vertices of the surface up to which tetrahedra are compared: TetGen and its harmonic functions take
   /// minutes beyond.
   std::size_t mostVertices = 10000;
-  int galaxySeconds = 60;  ///< after which Galaxy Maps is stopped
+  int galaxySeconds = 120;  ///< after which Galaxy Maps is stopped
 };
 
 /// The rows of `parts`, each with `model`, `part` and `status`: "ok", or "left out: ..." or "failed: ...".

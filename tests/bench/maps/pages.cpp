@@ -1,12 +1,10 @@
 #include "pages.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <fstream>
 #include <optional>
 
 #include "choices.h"
-#include "polestar/core/atomic_file.h"
+#include "page.h"
 
 namespace polestar::bench {
 namespace {
@@ -62,12 +60,6 @@ The maps themselves, not their values on tetrahedra: MIPS, ln det J and skew at 
 weight of even volumes, `--balance-volume`. The best of a row is bold. A choice that fell back to another boundary is marked by a star.
 
 )";
-
-std::string text(const char* format, double value) {
-  char result[64];
-  std::snprintf(result, sizeof result, format, value);
-  return result;
-}
 
 std::string line(const Cells& cells) {
   std::string result = "|";
@@ -310,10 +302,6 @@ std::string meansTable(const std::vector<Json>& rows) {
     table += line(cells);
   }
   return table + "\n";
-}
-
-void writeText(const std::filesystem::path& file, const std::string& content) {
-  writeAtomically(file, [&](const std::filesystem::path& temporary) { std::ofstream(temporary) << content; });
 }
 
 }  // namespace
