@@ -34,6 +34,10 @@ namespace {
 /// Determinants below this share of the matrix' norm to the third are 0 to rounding.
 constexpr double kRounding = 1e-12;
 
+bool positive(const Mat3& matrix, double determinant) {
+  return determinant > kRounding * std::pow(matrix.norm(), 3);
+}
+
 double mips(const Mat3& jacobian, double determinant) {
   const double root = std::cbrt(determinant);
   return jacobian.squaredNorm() / (3 * root * root);
@@ -85,7 +89,7 @@ SolidDistortion measureSolid(const VolumeMap& map, std::span<const Vec3> points,
     if (!jacobian[i].allFinite()) continue;  // outside
     ++result.points;
     const double determinant = jacobian[i].determinant();
-    if (!(determinant > kRounding * std::pow(jacobian[i].norm(), 3))) {
+    if (!positive(jacobian[i], determinant)) {
       ++result.folded;
       continue;
     }
@@ -184,7 +188,7 @@ TetDistortion measureTetrahedra(const TetMesh& mesh, std::span<const Vec3> image
       after.col(k) = image[t[k + 1]] - image[t[0]];
     }
     const double volume = before.determinant(), ratio = after.determinant() / volume;
-    if (!(ratio > 0)) continue;
+    if (!positive(before, std::abs(volume)) || !positive(after, ratio * std::abs(volume))) continue;
     const double shape = mips(after * before.inverse(), ratio);
     bySolid.push_back({shape, std::abs(volume)});
     byBall.push_back({shape, std::abs(volume) * ratio});

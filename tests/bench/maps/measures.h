@@ -44,8 +44,10 @@ struct TetDistortion {
   /// inside, and those with all four on the surface, whose sign the map of the surface decides.
   std::size_t inverted = 0, invertedOnSurface = 0;
   std::size_t onSurface = 0;  ///< tetrahedra of that kind
-  Spread mipsBySolid;         ///< every tetrahedron that is not inverted counts by its volume in the solid
-  Spread mipsByBall;          ///< by that of its image
+  /// Every tetrahedron counts by its volume in the solid; not those that are turned over or flat to the
+  /// rounding of doubles, before or after.
+  Spread mipsBySolid;
+  Spread mipsByBall;              ///< the same by that of its image
   double logVolumeDeviation = 0;  ///< by volumes in the solid
 };
 TetDistortion measureTetrahedra(const TetMesh& mesh, std::span<const Vec3> image);
