@@ -75,6 +75,7 @@ Json describeChart(const ChartReport& report) {
   return {{"cells", report.cells.cells},
           {"bad", report.cells.bad()},
           {"retraced", report.retraced},
+          {"added", report.added},
           {"replaced", report.repaired + report.failed},
           {"rays", report.rayLines},
           {"largest_move_ball", report.largestMoveInBall},

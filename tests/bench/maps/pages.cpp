@@ -21,13 +21,13 @@ constexpr const char* kRemake =
 The figures are in `bench-maps.jsonl`, one row a line: `map`, `choices` and `comparison` of a model. The other page: )";
 
 constexpr const char* kMapsRules =
-    R"(Default options (`conformal`, s = R), grids of 128 voxels along the longest side, every model that is star-shaped.
+    R"(Default options (`conformal`, s = R), grids of 128 voxels along the longest side, every model that is star-shaped;
+beside its verdict those of the field-line and of the balanced map.
 
 "bad" are tetrahedra of the foliation inverted or flat, at the nodes and at their images in the ball (exact): none at both is the theorem of
 verify.md. "moved" are nodes off their field lines, by how much in the ball. "deep" are cells between voxels, inverted and more than a voxel below
-the surface. A map with any of either is `failed`, and `polestar map` refuses it. *field-line* and *balanced*: the verdicts of these boundaries and
-radii. Seconds are those of solving, tracing, the sphere map, sampling and
-judging, without reading and writing; memory is the peak of the process.
+the surface. A map with any of either is `failed`, and `polestar map` refuses it. Seconds are those of solving, tracing, the sphere map, sampling
+and judging, without reading and writing; memory is the peak of the process.
 
 )";
 
@@ -117,7 +117,7 @@ std::string mapsTable(const std::vector<Json>& maps) {
   }
   for (const char* title :
        {"boundary error", "unresolved %", "charge + 1", "bad in solid", "bad in ball",
-        "lines retraced, replaced, bent", "nodes moved", "by (ball)", "deep", "inverted", "collapsed",
+        "lines retraced, added, replaced, bent", "nodes moved", "by (ball)", "deep", "inverted", "collapsed",
         "cells", "round trip (voxels)", "qc", "green, trace (s)", "seconds", "MB"})
     titles.emplace_back(title);
   std::string table = header(titles);
@@ -125,24 +125,24 @@ std::string mapsTable(const std::vector<Json>& maps) {
     if (!succeeded(m)) continue;
     Cells cells{word(m, "model"), cell(m, "/vertices"), word(m, "verdict")};
     for (const Json& other : m.at("others")) cells.push_back(word(other, "verdict"));
-    const Cells rest{
-        cell(m, "/boundary_error", "%.1e"),
-        text("%.2g", 100 * *number(m, "/unresolved_area")),
-        text("%.0e", *number(m, "/charge") + 1),
-        cell(m, "/chart/bad"),
-        cell(m, "/image_cells_bad"),
-        cell(m, "/chart/retraced") + ", " + cell(m, "/chart/replaced") + ", " + cell(m, "/chart/rays"),
-        cell(m, "/nodes_moved"),
-        cell(m, "/chart/largest_move_ball", "%.1e"),
-        cell(m, "/voxel_cells/inverted_deep"),
-        cell(m, "/voxel_cells/inverted"),
-        cell(m, "/voxel_cells/collapsed"),
-        cell(m, "/voxel_cells/cells"),
-        cell(m, "/round_trip/voxels", "%.2f") + " (" + cell(m, "/round_trip/lost") + " lost)",
-        cell(m, "/qc_mean", "%.3f"),
-        cell(m, "/seconds/green", "%.1f") + ", " + cell(m, "/seconds/trace", "%.1f"),
-        text("%.1f", totalSeconds(m)),
-        text("%.0f", *number(m, "/peak_bytes") * 1e-6)};
+    const Cells rest{cell(m, "/boundary_error", "%.1e"),
+                     text("%.2g", 100 * *number(m, "/unresolved_area")),
+                     text("%.0e", *number(m, "/charge") + 1),
+                     cell(m, "/chart/bad"),
+                     cell(m, "/image_cells_bad"),
+                     cell(m, "/chart/retraced") + ", " + cell(m, "/chart/added") + ", " +
+                         cell(m, "/chart/replaced") + ", " + cell(m, "/chart/rays"),
+                     cell(m, "/nodes_moved"),
+                     cell(m, "/chart/largest_move_ball", "%.1e"),
+                     cell(m, "/voxel_cells/inverted_deep"),
+                     cell(m, "/voxel_cells/inverted"),
+                     cell(m, "/voxel_cells/collapsed"),
+                     cell(m, "/voxel_cells/cells"),
+                     cell(m, "/round_trip/voxels", "%.2f") + " (" + cell(m, "/round_trip/lost") + " lost)",
+                     cell(m, "/qc_mean", "%.3f"),
+                     cell(m, "/seconds/green", "%.1f") + ", " + cell(m, "/seconds/trace", "%.1f"),
+                     text("%.1f", totalSeconds(m)),
+                     text("%.0f", *number(m, "/peak_bytes") * 1e-6)};
     cells.insert(cells.end(), rest.begin(), rest.end());
     table += line(cells);
   }
