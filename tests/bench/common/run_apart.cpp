@@ -1,9 +1,11 @@
 #include "run_apart.h"
 
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -36,6 +38,7 @@ Json failed(const std::string& reason) { return {{"status", "failed: " + reason}
 
 /// Never returns into the parent's code: its buffers and destructors are the parent's.
 [[noreturn]] void actAsChild(const std::function<Json()>& work, int end) {
+  prctl(PR_SET_PDEATHSIG, SIGTERM);  // whoever stops the benchmark stops the measurement
   Json result;
   try {
     result = work();
