@@ -130,6 +130,8 @@ void describeMap(const fs::path& path, Session& session) {
              " of omega"});
   }
   if (header.contains("radius")) rows.push_back({"radius", header["radius"].value("kind", "")});
+  if (const Json weight = header.value("balance_volume", Json()); weight.is_number())
+    rows.push_back({"balance volume", shortNumber(weight.get<double>())});
   for (const Json& array : header.value("arrays", Json::array())) {
     const std::string name = array.value("name", "");
     if (name != "vertices" && name != "triangles") continue;

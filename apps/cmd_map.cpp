@@ -116,9 +116,11 @@ class MapCommand final : public Command {
       grids.setMetadata("polestar:certificate", std::string(toString(certificate.verdict)));
       grids.setMetadata("polestar:arguments", session.arguments());
       grids.setMetadata("polestar:source", mesh_.filename().string());
+      const std::optional<double> balanceVolume = balanceVolumeOf(map, choices_);
+      if (balanceVolume) grids.setMetadata("polestar:balance_volume", *balanceVolume);
       if (outputs.size() > 1) {
         const std::string hash =
-            writeMapFile(outputs[1], map, {mesh_.filename().string(), session.arguments()});
+            writeMapFile(outputs[1], map, {mesh_.filename().string(), session.arguments(), balanceVolume});
         grids.setMetadata("polestar:map_hash", hash);
         session.json()["map_hash"] = hash;
       }

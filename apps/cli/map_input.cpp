@@ -41,6 +41,12 @@ void addMapOptions(CLI::App& app, MapChoices& choices) {
       ->transform(CLI::CheckedTransformer(kRadii).description(""))
       ->type_name("KIND");
   app.add_option(
+         "--balance-volume", choices.balanceVolume,
+         "Weight of even volumes against even angles in a balanced boundary or radius: 0 is angles alone, "
+         "0.03 the default, 0.1 evens volumes out at some cost in angles")
+      ->check(CLI::NonNegativeNumber.description(""))
+      ->type_name("MU");
+  app.add_option(
          "--core", choices.core,
          "Near the center: smooth (default) turns into a rotation there, paper keeps field lines throughout")
       ->transform(CLI::CheckedTransformer(kCores).description(""))
@@ -118,8 +124,29 @@ Json describeSigns(const std::vector<SignProof>& proofs, const Frame& frame) {
   return list;
 }
 
+MapOptions toMapOptions(const MapChoices& choices) {
+  MapOptions options;
+  options.boundary = choices.boundary;
+  options.radius = choices.radius;
+  options.green.tolerance = choices.tolerance;
+  options.green.prove = choices.prove;
+  options.green.solver = choices.solver;
+  options.green.mfs.mode = choices.mfs;
+  options.green.device = choices.device;
+  options.ball.core = choices.core;
+  if (choices.balanceVolume) {
+    if (choices.boundary != SphereMapKind::balanced && choices.radius != RadiusKind::balanced) {
+      throw Error(Errc::usage,
+                  "--balance-volume has no effect here; add --boundary balanced or --radius balanced");
+    }
+    options.balance.volumeWeight = *choices.balanceVolume;
+    options.balance.validate();
+  }
+  return options;
+}
+
 /// The members of `map` that its stages know.
-void describeMap(const BallMap& map, Session& session) {
+void describeMap(const BallMap& map, const MapChoices& choices, Session& session) {
   const GreenFunction& green = map.chart().green();
   const double unit = green.shape().frame().unit;
   const double diagonal = boundingBox(green.shape().surface().mesh()).extent().norm();
@@ -153,6 +180,8 @@ void describeMap(const BallMap& map, Session& session) {
   json["radius"] = {{"kind", toString(map.radius().kind())},
                     {"slope_at_center", map.radius().derivative(0)},
                     {"slope_at_surface", map.radius().derivative(1)}};
+  const std::optional<double> balanceVolume = balanceVolumeOf(map, choices);
+  json["balance_volume"] = balanceVolume ? Json(*balanceVolume) : Json();
   json["sphere"] = {{"kind", toString(map.sphere().kind)}, {"flips", map.sphere().flips},
                     {"omega_flips", lines.directionFlips}, {"qc_mean", map.sphere().qcMean},
                     {"qc_max", map.sphere().qcMax},        {"fallback", map.sphere().fallbackReason}};
@@ -179,24 +208,22 @@ void describeMap(const BallMap& map, Session& session) {
 
 }  // namespace
 
+std::optional<double> balanceVolumeOf(const BallMap& map, const MapChoices& choices) {
+  if (map.sphere().kind != SphereMapKind::balanced && map.radius().kind() != RadiusKind::balanced)
+    return std::nullopt;
+  return choices.balanceVolume.value_or(BalanceOptions{}.volumeWeight);
+}
+
 BallMap makeMap(const std::filesystem::path& mesh, const MapChoices& choices, Session& session) {
+  const MapOptions options = toMapOptions(choices);
   const InspectedSolid solid = inspectSolid(mesh, StarOptions{.center = choices.center}, session);
   const StarShape shape = verifyStarShape(solid.surface, StarOptions{.center = solid.star.center, .rays = 0});
-  MapOptions options;
-  options.boundary = choices.boundary;
-  options.radius = choices.radius;
-  options.green.tolerance = choices.tolerance;
-  options.green.prove = choices.prove;
-  options.ball.core = choices.core;
-  options.green.solver = choices.solver;
-  options.green.mfs.mode = choices.mfs;
-  options.green.device = choices.device;
   MapTimings timings;
   BallMap map = mapToBall(shape, options, session.context(), &timings);
   session.noteSeconds("green", timings.green);
   session.noteSeconds("trace", timings.trace);
   session.noteSeconds("sphere", timings.sphere);
-  describeMap(map, session);
+  describeMap(map, choices, session);
   return map;
 }
 

@@ -13,7 +13,8 @@ namespace polestar::cli {
 
 struct MapChoices {
   SphereMapKind boundary = SphereMapKind::conformal;
-  std::optional<RadiusKind> radius;  ///< nothing: what suits the boundary
+  std::optional<RadiusKind> radius;     ///< nothing: what suits the boundary
+  std::optional<double> balanceVolume;  ///< nothing: the library's default
   CoreMode core = CoreMode::smooth;
   GreenSolver solver = GreenSolver::layer;
   MfsMode mfs = MfsMode::paper;
@@ -23,8 +24,13 @@ struct MapChoices {
   DeviceChoice device;
 };
 
-/// Adds --boundary, --radius, --core, --solver, --mfs, --tolerance, --prove, --device and --center.
+/// Adds --boundary, --radius, --balance-volume, --core, --solver, --mfs, --tolerance, --prove, --device and
+/// --center.
 void addMapOptions(CLI::App& app, MapChoices& choices);
+
+/// The weight of volumes that a map made by `choices` has; nothing where neither boundary nor radius is
+/// balanced.
+std::optional<double> balanceVolumeOf(const BallMap& map, const MapChoices& choices);
 
 /// A .pmap, or the .vdb that lies beside one.
 bool isMapName(const std::filesystem::path& path);
@@ -37,7 +43,8 @@ std::filesystem::path mapFileBeside(const std::filesystem::path& path);
 BallMap loadMap(const std::filesystem::path& path, Session& session);
 
 /// From a mesh to its map in memory: inspects it as `check` does and fills what `map` says of the stages.
-/// @throws what inspectSolid and the library's stages throw.
+/// @throws Error{Errc::usage} for a weight of volumes where nothing is balanced; what inspectSolid and the
+/// library's stages throw.
 BallMap makeMap(const std::filesystem::path& mesh, const MapChoices& choices, Session& session);
 
 }  // namespace polestar::cli

@@ -122,6 +122,46 @@ TEST_F(MappedBall, OtherBoundariesAndRadiiAreWrittenDown) {
   EXPECT_EQ(runTool({"map", mesh_, "-o", *folder_ / "no.vdb", "--radius", "big"}).exitCode, 2);
 }
 
+TEST_F(MappedBall, TheWeightOfVolumesIsChosenAndWrittenDown) {
+  const auto made = [&](const ScratchFolder& scratch, std::vector<std::string> options) {
+    const std::string egg = scratch.obj("egg.obj", transformed(icosphere(3), [](const Vec3& v) {
+                                          return Vec3(2.5 * v[0], v[1], 0.7 * v[2]);
+                                        }));
+    std::vector<std::string> arguments{"map", egg, "-o", scratch / "egg.vdb", "--dim", "24", "--json"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const ToolRun run = runTool(arguments);
+    EXPECT_EQ(run.exitCode, 0) << run.err;
+    return run.json();
+  };
+  EXPECT_TRUE(made_.json()["balance_volume"].is_null());
+  const ScratchFolder plain, even;
+  const auto byDefault = made(plain, {"--radius", "balanced"});
+  const auto chosen = made(even, {"--radius", "balanced", "--balance-volume", "0.5"});
+  EXPECT_EQ(byDefault["balance_volume"], 0.03);
+  EXPECT_EQ(chosen["balance_volume"], 0.5);
+  // More weight on even volumes draws shells towards equal shares: less steep at the center.
+  EXPECT_LT(chosen["radius"]["slope_at_center"].get<double>(),
+            byDefault["radius"]["slope_at_center"].get<double>());
+  const auto grids = runTool({"info", even / "egg.vdb", "--json"}).json()["grids"];
+  EXPECT_EQ(grids[0]["metadata"]["polestar:balance_volume"], "0.5");
+  EXPECT_EQ(runTool({"info", even / "egg.pmap", "--json"}).json()["map"]["balance_volume"], 0.5);
+  EXPECT_THAT(runTool({"info", even / "egg.pmap"}).out, HasSubstr("balance volume"));
+}
+
+TEST_F(MappedBall, AWeightOfVolumesThatWeighsNothingIsRefused) {
+  const ScratchFolder scratch;
+  const ToolRun run = runTool({"map", mesh_, "-o", scratch / "ball.vdb", "--balance-volume", "0.1"});
+  EXPECT_EQ(run.exitCode, 2);
+  EXPECT_THAT(run.err, HasSubstr("--balance-volume has no effect here"));
+  for (const char* bad : {"-0.1", "1000", "much"}) {
+    EXPECT_EQ(
+        runTool({"map", mesh_, "-o", scratch / "ball.vdb", "--boundary", "balanced", "--balance-volume", bad})
+            .exitCode,
+        2)
+        << bad;
+  }
+}
+
 TEST_F(MappedBall, SaysBothFlips) {
   const ScratchFolder scratch;
   const ToolRun run =

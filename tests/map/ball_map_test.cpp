@@ -8,6 +8,7 @@
 
 #include "polestar/core/error.h"
 #include "polestar/core/threads.h"
+#include "polestar/mesh/bodies.h"
 #include "polestar/mesh/shapes.h"
 #include "polestar/pipeline.h"
 #include "support/exact_green.h"
@@ -102,6 +103,25 @@ TEST(BallMap, KeepsTheSmoothCoreOnSharpRealModels) {
                 1e-12);
     }
   }
+}
+
+TEST(BallMap, InverseReachesTheSphereItself) {
+  // A cube: along its edges R has no slope at the surface.
+  MapOptions options;
+  options.boundary = SphereMapKind::fieldLine;
+  const BallMap map = mapToBall(starShape(cube(1)), options);
+  std::vector<Vec3> y = geodesicSphere(12).vertices, x(y.size()), back(y.size());
+  map.inverse(y, x);
+  map.forward(x, back);
+  std::size_t answered = 0;
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    ASSERT_TRUE(x[i].allFinite()) << y[i].transpose();
+    EXPECT_NEAR(x[i].cwiseAbs().maxCoeff(), 1, 2e-3) << y[i].transpose();
+    if (!back[i].allFinite()) continue;  // moved to mesh units it may lie outside by an ulp
+    ++answered;
+    EXPECT_LT((back[i] - y[i]).norm(), 1e-3) << y[i].transpose();
+  }
+  EXPECT_GT(answered, y.size() / 2);
 }
 
 TEST(BallMap, CenterSurfaceAndOutside) {

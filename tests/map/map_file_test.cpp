@@ -46,12 +46,14 @@ class MapFileTest : public ::testing::Test {
 };
 
 TEST_F(MapFileTest, HoldsTheMapToTheLastBit) {
-  const std::string hash = writeMapFile(path_, map(), {"star.obj", "polestar map star.obj -o star.vdb"});
+  const std::string hash =
+      writeMapFile(path_, map(), {"star.obj", "polestar map star.obj -o star.vdb", 0.05});
   const MapFile file = readMapFile(path_);
   EXPECT_EQ(file.hash, hash);
   EXPECT_EQ(hash.size(), 32u);
   EXPECT_EQ(file.provenance.source, "star.obj");
   EXPECT_EQ(file.provenance.arguments, "polestar map star.obj -o star.vdb");
+  EXPECT_EQ(file.provenance.balanceVolume, 0.05);
   const std::vector<Vec3> x = pointsInside(map().chart().green().shape(), 500);
   std::vector<Vec3> before(x.size()), after(x.size());
   map().forward(x, before);

@@ -26,6 +26,7 @@ std::vector<ManifestEntry> manifest() {
     if (cells.size() < 13) continue;
     ManifestEntry entry;
     entry.path = *folder / cells[0];
+    entry.source = cells[1];
     entry.star = cells[5];
     if (cells[6] != "-") entry.marginRelative = std::stod(cells[6]);
     entry.closed = cells[7] == "True";

@@ -14,7 +14,8 @@ std::optional<std::filesystem::path> meshFolder();
 /// One line of MANIFEST.tsv.
 struct ManifestEntry {
   std::filesystem::path path;
-  std::string star;  ///< "yes", "no", "open", "n/a", "borderline", "misoriented", ...
+  std::string source;  ///< where it is from; copies of one body have the same
+  std::string star;    ///< "yes", "no", "open", "n/a", "borderline", "misoriented", ...
   std::optional<double> marginRelative;
   bool closed = false;
   std::optional<int> genus;

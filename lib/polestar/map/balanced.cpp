@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "polestar/core/detail/lbfgs.h"
 #include "polestar/core/detail/parallel.h"
 #include "polestar/core/error.h"
 #include "polestar/sphere/column_descent.h"
@@ -264,8 +265,8 @@ class Balancer {
   std::vector<double> weight_;  ///< of every column
 };
 
-// BFGS in the logarithms of the steps between radii, which keep them monotone; only ratios count, so that
-// s = 1 at the surface costs nothing.
+// In the logarithms of the steps between radii, which keep them monotone; only ratios count, so that s = 1 at
+// the surface costs nothing. There are few radii, and every step is remembered: BFGS itself.
 void Balancer::optimizeRadii(const LayerSums& sums, std::vector<double>& s) const {
   using Vector = Eigen::VectorXd;
   const auto n = static_cast<Eigen::Index>(s.size());
@@ -284,34 +285,17 @@ void Balancer::optimizeRadii(const LayerSums& sums, std::vector<double>& s) cons
     }
     return value;
   };
+  // A tenth of a unit along the first gradient, then the curvature of the first step.
+  double firstNorm = 0;
+  const auto precondition = [&](const Vector& q, const detail::LimitedMemory<Vector>& memory) -> Vector {
+    if (firstNorm == 0) firstNorm = std::max(1e-12, q.norm());
+    return memory.oldestScale().value_or(0.1 / firstNorm) * q;
+  };
 
-  Vector x(n), gradient(n), trial(n), trialGradient(n);
+  Vector x(n), gradient(n);
   for (Eigen::Index k = 0; k < n; ++k) x[k] = std::log(k + 1 < n ? s[k] - s[k + 1] : s[k]);
-  double value = evaluate(x, gradient);
-  Eigen::MatrixXd inverseHessian = Eigen::MatrixXd::Identity(n, n) * (0.1 / std::max(1e-12, gradient.norm()));
-  for (int step = 0; step < kRadiusSteps; ++step) {
-    Vector direction = -inverseHessian * gradient;
-    double slope = gradient.dot(direction);
-    if (!(slope < 0)) break;
-    double length = std::min(1.0, 1 / direction.lpNorm<Eigen::Infinity>()), trialValue = 0;
-    bool accepted = false;
-    for (int halving = 0; halving < 30 && !accepted; ++halving, length *= accepted ? 1 : 0.5) {
-      trial = x + length * direction;
-      trialValue = evaluate(trial, trialGradient);
-      accepted = trialValue <= value + 1e-4 * length * slope;
-    }
-    if (!accepted) break;
-    const Vector moved = trial - x, changed = trialGradient - gradient;
-    const double curvature = moved.dot(changed), gain = value - trialValue;
-    x = trial, gradient = trialGradient, value = trialValue;
-    if (curvature > 0) {
-      if (step == 0) inverseHessian = Eigen::MatrixXd::Identity(n, n) * (curvature / changed.squaredNorm());
-      const Eigen::MatrixXd project =
-          Eigen::MatrixXd::Identity(n, n) - moved * changed.transpose() / curvature;
-      inverseHessian = project * inverseHessian * project.transpose() + moved * moved.transpose() / curvature;
-    }
-    if (gain < 1e-12 * std::abs(value)) break;
-  }
+  detail::descendLbfgs(x, {.steps = kRadiusSteps, .memory = kRadiusSteps, .gain = 1e-12, .longest = 1},
+                       evaluate, precondition);
   evaluate(x, gradient);
   s = radii;
   s.front() = 1;

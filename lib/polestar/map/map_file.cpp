@@ -146,6 +146,7 @@ json describe(const BallMap& map, const MapProvenance& provenance) {
               {"domain", "ball"},
               {"source", provenance.source},
               {"arguments", provenance.arguments},
+              {"balance_volume", provenance.balanceVolume ? json(*provenance.balanceVolume) : json()},
               {"center", toJson(frame.origin)},
               {"unit", frame.unit},
               {"levels", chart.foliation().levels},
@@ -326,6 +327,13 @@ RadiusProfile toRadiusProfile(const json& header, const std::filesystem::path& p
   fail(path, "its radius '" + name + "' is unknown to this program");
 }
 
+// Nothing in files from before it was written down, either.
+std::optional<double> toBalanceVolume(const json& header) {
+  if (const auto found = header.find("balance_volume"); found != header.end() && !found->is_null())
+    return found->get<double>();
+  return std::nullopt;
+}
+
 BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   const json& header = raw.header;
   TriMesh mesh;
@@ -461,7 +469,7 @@ MapFile readMapFile(const std::filesystem::path& path) {
   const RawFile raw = readRaw(path);
   try {
     return {restore(raw, path),
-            {raw.header.at("source"), raw.header.at("arguments")},
+            {raw.header.at("source"), raw.header.at("arguments"), toBalanceVolume(raw.header)},
             raw.header.at("hash"),
             raw.header.at("version")};
   } catch (const json::exception& e) {

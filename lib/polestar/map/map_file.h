@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,8 @@ namespace polestar {
 struct MapProvenance {
   std::string source;     ///< the mesh file, as the user named it
   std::string arguments;  ///< the command line that made the map
+  /// BalanceOptions::volumeWeight of a balanced boundary or radius; nothing where neither is.
+  std::optional<double> balanceVolume;
 };
 
 /// Writes atomically and returns the hash, 32 hexadecimal digits, which a .vdb made from the map carries.

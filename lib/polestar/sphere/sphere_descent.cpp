@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
+#include <utility>
 
+#include "polestar/core/detail/lbfgs.h"
 #include "polestar/core/detail/parallel.h"
 
 namespace polestar::detail {
@@ -53,29 +54,25 @@ void makeTangent(Field& field, const Field& points) {
   forEach(field.size(), [&](std::size_t i) { field[i] -= points[i] * points[i].dot(field[i]); });
 }
 
-/// Steps, changes of the gradient, 1 / <step, change>: all carried along to the current point by projection.
-struct Pair {
-  Field step, change;
-  double rho;
+/// Tangent vectors, all at the current points: steps are carried along by projection.
+struct FieldSpace {
+  static double dot(const Field& a, const Field& b) { return detail::dot(a, b); }
+  static void add(Field& to, double factor, const Field& b) {
+    forEach(to.size(), [&](std::size_t i) { to[i] += factor * b[i]; });
+  }
 };
+using Memory = LimitedMemory<Field, FieldSpace>;
 
-/// The two-loop recursion around the preconditioner. [Nocedal 1980]
-Field quasiNewtonDirection(const SphereEnergy& energy, const std::deque<Pair>& history, const Field& points,
+Field quasiNewtonDirection(const SphereEnergy& energy, const Memory& memory, const Field& points,
                            const Field& gradient) {
-  Field q = gradient, direction(gradient.size());
-  std::vector<double> alpha(history.size());
-  for (std::size_t k = history.size(); k-- > 0;) {
-    alpha[k] = history[k].rho * dot(history[k].step, q);
-    forEach(q.size(), [&](std::size_t i) { q[i] -= alpha[k] * history[k].change[i]; });
-  }
-  energy.precondition(q, direction);
+  Field direction = memory.applyTo(gradient, [&](const Field& q) {
+    Field result(q.size());
+    energy.precondition(q, result);
+    makeTangent(result, points);
+    return result;
+  });
   makeTangent(direction, points);
-  for (std::size_t k = 0; k < history.size(); ++k) {
-    const double beta = history[k].rho * dot(history[k].change, direction);
-    forEach(q.size(), [&](std::size_t i) { direction[i] += (alpha[k] - beta) * history[k].step[i]; });
-  }
-  makeTangent(direction, points);
-  forEach(q.size(), [&](std::size_t i) { direction[i] = -direction[i]; });
+  forEach(direction.size(), [&](std::size_t i) { direction[i] = -direction[i]; });
   return direction;
 }
 
@@ -86,19 +83,19 @@ DescentResult descendOnSpheres(const SphereEnergy& energy, std::vector<Vec3>& po
   const std::size_t n = points.size();
   DescentResult result;
   Field gradient(n), trial(n), trialGradient(n);
-  std::deque<Pair> history;
+  Memory memory(kHistory);
   bool stalled = false;
 
   result.energy = energy.evaluate(points, gradient);
   makeTangent(gradient, points);
   for (; result.iterations < options.maxIterations; ++result.iterations) {
     context.throwIfCancelled();
-    Field direction = quasiNewtonDirection(energy, history, points, gradient);
+    Field direction = quasiNewtonDirection(energy, memory, points, gradient);
     double slope = dot(gradient, direction);
     if (!(slope < 0)) {
-      if (history.empty()) break;
-      history.clear();
-      direction = quasiNewtonDirection(energy, history, points, gradient);
+      if (memory.empty()) break;
+      memory.clear();
+      direction = quasiNewtonDirection(energy, memory, points, gradient);
       slope = dot(gradient, direction);
       if (!(slope < 0)) break;
     }
@@ -123,29 +120,24 @@ DescentResult descendOnSpheres(const SphereEnergy& energy, std::vector<Vec3>& po
                  (value <= result.energy + noise && std::abs(dot(trialGradient, direction)) <= -0.9 * slope);
     }
     if (!accepted) {
-      stalled = history.empty();
+      stalled = memory.empty();
       if (stalled) break;
-      history.clear();
+      memory.clear();
       continue;
     }
 
-    for (Pair& pair : history) makeTangent(pair.step, trial);
-    Pair pair{Field(n), Field(n), 0};
+    memory.carrySteps([&](Field& earlier) { makeTangent(earlier, trial); });
+    Field moved(n), changed(n);
     forEach(n, [&](std::size_t i) {
       const Vec3& s = trial[i];
-      const Vec3 moved = trial[i] - points[i], changed = trialGradient[i] - gradient[i];
-      pair.step[i] = moved - s * s.dot(moved);
-      pair.change[i] = changed - s * s.dot(changed);
+      const Vec3 m = trial[i] - points[i], c = trialGradient[i] - gradient[i];
+      moved[i] = m - s * s.dot(m);
+      changed[i] = c - s * s.dot(c);
     });
-    const double curvature = dot(pair.step, pair.change);
+    memory.remember(std::move(moved), std::move(changed));
     points.swap(trial);
     gradient.swap(trialGradient);
     result.energy = value;
-    if (curvature > 0) {
-      pair.rho = 1 / curvature;
-      history.push_back(std::move(pair));
-      if (history.size() > kHistory) history.pop_front();
-    }
   }
   // The line search failed from a fresh start: rounding is all that is left, or the tolerance is beyond it.
   result.converged = result.converged || (stalled && result.remaining < kRoundingFloor);

@@ -9,8 +9,10 @@
 #include "plan.h"
 #include "report.h"
 #include "results.h"
-#include "run_row_apart.h"
+#include "run_apart.h"
+#include "run_row.h"
 #include "tables.h"
+#include "targets.h"
 
 namespace polestar::bench {
 namespace {
@@ -41,14 +43,31 @@ void declare(CLI::App& app, Options& options) {
   app.add_flag("--list", options.list, "print the rows and measure nothing");
 }
 
+Json measureApart(const Row& row, const Reference* reference) {
+  Json result = toJson(row);
+  result.update(runApart([&] { return runRow(row, reference); }));
+  return result;
+}
+
+Json fastestOf(int repeat, const Row& row, const Reference* reference) {
+  Json best = measureApart(row, reference);
+  for (int i = 1; i < repeat && best.at("status") == "ok"; ++i) {
+    Json next = measureApart(row, reference);
+    if (next.at("status") != "ok") return next;
+    if (wallSeconds(next) < wallSeconds(best)) best = std::move(next);
+  }
+  if (best.at("status") == "ok") best["repeats"] = repeat;
+  return best;
+}
+
 void measure(const Options& options, const std::vector<Row>& rows, Results* results) {
   std::map<std::string, Reference> references;
   for (const Row& row : rows) {
-    const Json* earlier = results ? results->find(row) : nullptr;
+    const Json* earlier = results ? results->find(toJson(row)) : nullptr;
     if (options.missing && earlier && earlier->at("status") == "ok") continue;
     const bool exact = isExactShape(row.shape);
     if (exact && !references.contains(row.shape)) references[row.shape] = referenceFor(row.shape);
-    Json result = runRowApart(row, exact ? &references.at(row.shape) : nullptr, options.repeat);
+    Json result = fastestOf(options.repeat, row, exact ? &references.at(row.shape) : nullptr);
     result["machine"] = machineFacts();
     std::printf("%s\n", summaryLine(result).c_str());
     std::fflush(stdout);
@@ -63,7 +82,8 @@ int run(const Options& options) {
     return 0;
   }
   std::optional<Results> results;
-  if (!options.docs.empty()) results.emplace(std::filesystem::path(options.docs) / "bench-green.jsonl");
+  if (!options.docs.empty())
+    results.emplace(std::filesystem::path(options.docs) / "bench-green.jsonl", rowKeys());
   if (!options.draw) measure(options, rows, results ? &*results : nullptr);
   if (results) writeReport(options.docs, results->all());
   return 0;

@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <fstream>
 #include <functional>
-#include <set>
 
 #include "exact_solid.h"
 #include "log_log_plot.h"
+#include "page.h"
 #include "plan.h"
-#include "polestar/core/atomic_file.h"
 #include "tables.h"
 #include "targets.h"
 
@@ -73,21 +70,6 @@ formula of volumes/asteroid.ply at that many vertices, finer detail included.
 
 )";
 
-std::string machineText(const std::vector<Json>& results) {
-  std::set<std::string> machines;
-  for (const Json& r : results) {
-    if (!r.contains("machine")) continue;
-    const Json& m = r.at("machine");
-    machines.insert("- " + m.at("cpu").get<std::string>() + ", " +
-                    std::to_string(m.at("threads").get<int>()) + " threads" + "; polestar " +
-                    m.at("version").get<std::string>() + ", compiled " + m.at("compiled").get<std::string>() +
-                    " by " + m.at("compiler").get<std::string>() + "\n");
-  }
-  std::string result = "Measured on:\n\n";
-  for (const std::string& machine : machines) result += machine;
-  return result + "\n";
-}
-
 std::string targetsText(const std::vector<Json>& results) {
   std::string table = "## Goals\n\n| goal | measured | |\n|---|---|---|\n";
   for (const Target& target : judgeTargets(results)) {
@@ -144,10 +126,6 @@ LogLogPlot scalingPlot(const std::vector<Json>& results) {
     if (!series.points.empty()) plot.panels[0].series.push_back(std::move(series));
   }
   return plot;
-}
-
-void writeText(const std::filesystem::path& file, const std::string& content) {
-  writeAtomically(file, [&](const std::filesystem::path& temporary) { std::ofstream(temporary) << content; });
 }
 
 /// The picture's link for the page; nothing when there is nothing to draw.

@@ -10,7 +10,9 @@
 #include "plan.h"
 #include "report.h"
 #include "results.h"
-#include "run_row_apart.h"
+#include "run_apart.h"
+#include "run_program.h"
+#include "run_row.h"
 #include "support/scratch_folder.h"
 #include "targets.h"
 
@@ -110,22 +112,32 @@ TEST(Results, ARowReplacesItsEarlierFigures) {
   const test::ScratchFolder folder;
   const Row row{"layer", "ball", 2500, 0};
   {
-    Results results(folder / "raw.jsonl");
+    Results results(folder / "raw.jsonl", rowKeys());
     results.put(measured(row, 2562, 1, 1e-3));
     results.put(measured({"layer", "ball", 2500, 1e-4}, 2562, 3, 1e-3));
     results.put(measured(row, 2562, 2, 1e-3));
   }
-  const Results results(folder / "raw.jsonl");
+  const Results results(folder / "raw.jsonl", rowKeys());
   ASSERT_EQ(results.all().size(), 2U);
-  ASSERT_TRUE(results.find(row));
-  EXPECT_EQ(wallSeconds(*results.find(row)), 2);
+  ASSERT_TRUE(results.find(toJson(row)));
+  EXPECT_EQ(wallSeconds(*results.find(toJson(row))), 2);
   test::writeBytes(folder / "other.jsonl", "{\"a\": 1}\n");
-  EXPECT_THROW(Results(folder / "other.jsonl"), std::runtime_error);
+  EXPECT_THROW(Results(folder / "other.jsonl", rowKeys()), std::runtime_error);
 }
 
-TEST(RunRowApart, AFailureIsTheRowsOwn) {
-  const Json result = runRowApart({.method = "layer", .shape = "no such model.obj"}, nullptr, 3);
-  EXPECT_TRUE(result.at("status").get<std::string>().starts_with("failed: ")) << result.dump();
+TEST(RunApart, AFailureIsTheRowsOwn) {
+  const Row row{.method = "layer", .shape = "no such model.obj"};
+  const Json thrown = runApart([&] { return runRow(row, nullptr); });
+  EXPECT_TRUE(thrown.at("status").get<std::string>().starts_with("failed: ")) << thrown.dump();
+  const Json died = runApart([]() -> Json { std::abort(); });
+  EXPECT_EQ(died.at("status"), "failed: Aborted");
+  EXPECT_EQ(runApart([] { return Json{{"status", "ok"}}; }).at("status"), "ok");
+}
+
+TEST(RunProgram, TellsHowItEnded) {
+  EXPECT_EQ(runProgram({"sh", "-c", "exit 3"}), 3);
+  EXPECT_EQ(runProgram({"sh", "-c", "kill -9 $$"}), 128 + 9);
+  EXPECT_EQ(runProgram({"no such program"}), std::nullopt);
 }
 
 TEST(Report, HoldsEveryRowAndItsPlots) {

@@ -34,6 +34,11 @@ Row rowOf(const Json& result) {
   return {result.at("method"), result.at("shape"), result.at("size"), result.at("tolerance")};
 }
 
+const std::vector<std::string>& rowKeys() {
+  static const std::vector<std::string> keys{"method", "shape", "size", "tolerance"};
+  return keys;
+}
+
 Reference referenceFor(const std::string& exactShape) {
   const ExactSolid& solid = exactSolid(exactShape);
   Reference reference;

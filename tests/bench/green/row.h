@@ -1,15 +1,13 @@
 #pragma once
 // One row of the tables: which method on which shape.
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "polestar/core/types.h"
+#include "results.h"
 
 namespace polestar::bench {
-
-using Json = nlohmann::ordered_json;
 
 struct Method {
   std::string id;     ///< as --only takes it
@@ -30,6 +28,8 @@ struct Row {
 };
 Json toJson(const Row& row);
 Row rowOf(const Json& result);
+/// The members of a result that make it this row's.
+const std::vector<std::string>& rowKeys();
 
 /// The exact Green's function at the points where all methods are compared; made once a shape, since the cube
 /// is slow.

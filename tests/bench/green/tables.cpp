@@ -1,20 +1,13 @@
 #include "tables.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <tuple>
 
+#include "page.h"
 #include "targets.h"
 
 namespace polestar::bench {
 namespace {
-
-template <class... Values>
-std::string text(const char* format, Values... values) {
-  char buffer[512];
-  std::snprintf(buffer, sizeof buffer, format, values...);
-  return buffer;
-}
 
 struct Column {
   std::string title;

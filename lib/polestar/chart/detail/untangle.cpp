@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <deque>
 #include <numeric>
 #include <unordered_map>
 
+#include "polestar/core/detail/lbfgs.h"
 #include "polestar/core/detail/parallel.h"
 #include "polestar/core/predicates.h"
 
@@ -296,61 +296,16 @@ class Patch {
     return std::isfinite(sum) ? sum : HUGE_VAL;
   }
 
-  // L-BFGS at a fixed epsilon [Nocedal 1980]; the energy where it ends.
+  // At a fixed epsilon; the energy where it ends.
   double descend(double epsilon, int steps) {
-    struct Pair {
-      Block step, change;
-      double rho;
-    };
-    std::deque<Pair> history;
-    Block gradient, trialGradient, trial;
-    double value = energy(place_, epsilon, &gradient);
-    for (int s = 0; s < steps; ++s) {
-      Block q = gradient;
-      std::vector<double> alpha(history.size());
-      for (std::size_t k = history.size(); k-- > 0;) {
-        alpha[k] = history[k].rho * history[k].step.cwiseProduct(q).sum();
-        q -= alpha[k] * history[k].change;
-      }
-      Block direction(q.rows(), 3);
-      for (int k = 0; k < 3; ++k) direction.col(k) = laplacian_.solve(Eigen::VectorXd(q.col(k)));
-      for (std::size_t k = 0; k < history.size(); ++k) {
-        const double beta = history[k].rho * history[k].change.cwiseProduct(direction).sum();
-        direction += (alpha[k] - beta) * history[k].step;
-      }
-      direction = -direction;
-      const double slope = direction.cwiseProduct(gradient).sum();
-      if (!(slope < 0)) {
-        if (history.empty()) break;
-        history.clear();
-        continue;
-      }
-      double length = 1, next = HUGE_VAL;
-      bool accepted = false;
-      for (int halving = 0; halving < 30 && !accepted; ++halving, length *= accepted ? 1 : 0.5) {
-        trial = place_ + length * direction;
-        next = energy(trial, epsilon, &trialGradient);
-        accepted = next <= value + 1e-4 * length * slope;
-      }
-      if (!accepted) {
-        if (history.empty()) break;
-        history.clear();
-        continue;
-      }
-      Pair pair{trial - place_, trialGradient - gradient, 0};
-      const double curvature = pair.step.cwiseProduct(pair.change).sum();
-      if (curvature > 0) {
-        pair.rho = 1 / curvature;
-        history.push_back(std::move(pair));
-        if (history.size() > kHistory) history.pop_front();
-      }
-      const bool settled = value - next < 1e-5 * std::abs(next);
-      place_.swap(trial);
-      gradient.swap(trialGradient);
-      value = next;
-      if (settled) break;
-    }
-    return value;
+    return descendLbfgs(
+        place_, {.steps = steps, .memory = kHistory, .gain = 1e-5},
+        [&](const Block& place, Block& gradient) { return energy(place, epsilon, &gradient); },
+        [&](const Block& q, const auto&) {
+          Block result(q.rows(), 3);
+          for (int k = 0; k < 3; ++k) result.col(k) = laplacian_.solve(Eigen::VectorXd(q.col(k)));
+          return result;
+        });
   }
 
   // All cells that touch a free node, exactly.

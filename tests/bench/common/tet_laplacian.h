@@ -20,6 +20,8 @@ struct TetSolution {
 /// @throws std::runtime_error when they do not converge.
 TetSolution solveTetLaplacian(const TetMesh& mesh, const std::function<double(const Vec3&)>& boundaryValue,
                               double residual = 1e-6);
+/// The same with the values of the vertices on the surface.
+TetSolution solveTetLaplacian(const TetMesh& mesh, std::span<const double> boundaryValues, double residual);
 
 /// Piecewise linear between the vertices; a point outside of all tetrahedra gets the linear function of the
 /// nearest one around.

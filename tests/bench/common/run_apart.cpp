@@ -1,15 +1,16 @@
-#include "run_row_apart.h"
+#include "run_apart.h"
 
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <exception>
 #include <stdexcept>
-
-#include "run_row.h"
+#include <string>
 
 namespace polestar::bench {
 namespace {
@@ -33,25 +34,24 @@ std::string readAll(int end) {
   }
 }
 
-Json failed(const Row& row, const std::string& reason) {
-  Json result = toJson(row);
-  result["status"] = "failed: " + reason;
-  return result;
-}
+Json failed(const std::string& reason) { return {{"status", "failed: " + reason}}; }
 
 /// Never returns into the parent's code: its buffers and destructors are the parent's.
-[[noreturn]] void actAsChild(const Row& row, const Reference* reference, int end) {
+[[noreturn]] void actAsChild(const std::function<Json()>& work, int end) {
+  prctl(PR_SET_PDEATHSIG, SIGTERM);  // whoever stops the benchmark stops the measurement
   Json result;
   try {
-    result = runRow(row, reference);
+    result = work();
   } catch (const std::exception& error) {
-    result = failed(row, error.what());
+    result = failed(error.what());
   }
   writeAll(end, result.dump());
   _exit(0);
 }
 
-Json runOnce(const Row& row, const Reference* reference) {
+}  // namespace
+
+Json runApart(const std::function<Json()>& work) {
   int ends[2];
   std::fflush(nullptr);
   if (pipe(ends) != 0) throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
@@ -59,7 +59,7 @@ Json runOnce(const Row& row, const Reference* reference) {
   if (child < 0) throw std::runtime_error(std::string("no child process: ") + std::strerror(errno));
   if (child == 0) {
     close(ends[0]);
-    actAsChild(row, reference, ends[1]);
+    actAsChild(work, ends[1]);
   }
   close(ends[1]);
   const std::string text = readAll(ends[0]);
@@ -67,25 +67,8 @@ Json runOnce(const Row& row, const Reference* reference) {
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
-  if (WIFSIGNALED(status)) return failed(row, strsignal(WTERMSIG(status)));
+  if (WIFSIGNALED(status)) return failed(strsignal(WTERMSIG(status)));
   return Json::parse(text);
-}
-
-double seconds(const Json& result) {
-  return result.at("setup").at("wall").get<double>() + result.at("solve").at("wall").get<double>();
-}
-
-}  // namespace
-
-Json runRowApart(const Row& row, const Reference* reference, int repeat) {
-  Json best = runOnce(row, reference);
-  for (int i = 1; i < repeat && best.at("status") == "ok"; ++i) {
-    Json next = runOnce(row, reference);
-    if (next.at("status") != "ok") return next;
-    if (seconds(next) < seconds(best)) best = std::move(next);
-  }
-  if (best.at("status") == "ok") best["repeats"] = repeat;
-  return best;
 }
 
 }  // namespace polestar::bench

@@ -1,12 +1,6 @@
 #include "tetgen.h"
 
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <array>
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -15,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "run_program.h"
 #include "support/scratch_folder.h"
 
 namespace polestar::bench {
@@ -47,24 +42,6 @@ double targetVolume(const TriMesh& surface) {
   const double area = surfaceArea(surface) / static_cast<double>(surface.triangles.size());
   const double squaredEdge = 4 * area / std::sqrt(3.0);
   return std::pow(squaredEdge, 1.5) / (6 * std::sqrt(2.0));
-}
-
-/// False when there is no such program.
-bool runTetgen(const std::string& switches, const fs::path& input) {
-  std::array<std::string, 3> words{"tetgen", switches, input.string()};
-  std::array<char*, 4> arguments{words[0].data(), words[1].data(), words[2].data(), nullptr};
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  for (const int stream : {STDOUT_FILENO, STDERR_FILENO})
-    posix_spawn_file_actions_addopen(&actions, stream, "/dev/null", O_WRONLY, 0);
-  pid_t child = 0;
-  const int failed = posix_spawnp(&child, "tetgen", &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (failed == ENOENT) return false;
-  int status = 0;
-  if (failed || waitpid(child, &status, 0) != child || status != 0)
-    throw std::runtime_error("tetgen " + switches + " failed");
-  return true;
 }
 
 [[noreturn]] void unreadable() { throw std::runtime_error("tetgen: its output cannot be read"); }
@@ -100,7 +77,10 @@ std::optional<TetMesh> tetrahedralize(const TriMesh& surface) {
   // which would lose their vertices; F, B, Q: no more output than needed.
   std::array<char, 80> switches{};
   std::snprintf(switches.data(), switches.size(), "-pYq1.414a%.12fzFBQ", targetVolume(surface));
-  if (!runTetgen(switches.data(), folder / "solid.smesh")) return std::nullopt;
+  const std::optional<int> status =
+      runProgram({"tetgen", switches.data(), (folder / "solid.smesh").string()});
+  if (!status) return std::nullopt;
+  if (*status != 0) throw std::runtime_error(std::string("tetgen ") + switches.data() + " failed");
   TetMesh mesh = readTetgen(folder / "solid.1.node", folder / "solid.1.ele");
   mesh.surfaceVertices = surface.vertices.size();
   return mesh;

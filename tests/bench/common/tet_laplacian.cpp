@@ -219,9 +219,15 @@ class TetGrid {
 
 TetSolution solveTetLaplacian(const TetMesh& mesh, const std::function<double(const Vec3&)>& boundaryValue,
                               double residual) {
+  std::vector<double> values;
+  for (std::size_t v = 0; v < mesh.surfaceVertices; ++v) values.push_back(boundaryValue(mesh.vertices[v]));
+  return solveTetLaplacian(mesh, values, residual);
+}
+
+TetSolution solveTetLaplacian(const TetMesh& mesh, std::span<const double> boundaryValues, double residual) {
   TetSolution solution;
+  solution.h.assign(boundaryValues.begin(), boundaryValues.end());
   solution.h.resize(mesh.vertices.size());
-  for (std::size_t v = 0; v < mesh.surfaceVertices; ++v) solution.h[v] = boundaryValue(mesh.vertices[v]);
   const System system = assemble(mesh, solution.h);
   const auto [interior, iterations] = conjugateGradients(system, residual);
   std::copy(interior.begin(), interior.end(),

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -38,28 +39,48 @@ Json machineFacts() {
           {"compiled", __DATE__}};
 }
 
-Results::Results(std::filesystem::path file) : file_(std::move(file)) {
+std::string machineText(const std::vector<Json>& results) {
+  std::set<std::string> machines;
+  for (const Json& r : results) {
+    if (!r.contains("machine")) continue;
+    const Json& m = r.at("machine");
+    machines.insert("- " + m.at("cpu").get<std::string>() + ", " +
+                    std::to_string(m.at("threads").get<int>()) + " threads" + "; polestar " +
+                    m.at("version").get<std::string>() + ", compiled " + m.at("compiled").get<std::string>() +
+                    " by " + m.at("compiler").get<std::string>() + "\n");
+  }
+  std::string result = "Measured on:\n\n";
+  for (const std::string& machine : machines) result += machine;
+  return result + "\n";
+}
+
+Results::Results(std::filesystem::path file, std::vector<std::string> keys)
+    : file_(std::move(file)), keys_(std::move(keys)) {
   std::ifstream in(file_);
   for (std::string line; std::getline(in, line);) {
     try {
       results_.push_back(Json::parse(line));
-      rowOf(results_.back());
+      for (const std::string& key : keys_) results_.back().at(key);
     } catch (const Json::exception&) {
       throw std::runtime_error(file_.filename().string() + " does not hold rows of this benchmark");
     }
   }
 }
 
-const Json* Results::find(const Row& row) const {
+bool Results::same(const Json& a, const Json& b) const {
+  return std::all_of(keys_.begin(), keys_.end(),
+                     [&](const std::string& key) { return a.at(key) == b.at(key); });
+}
+
+const Json* Results::find(const Json& like) const {
   const auto found =
-      std::find_if(results_.begin(), results_.end(), [&](const Json& r) { return rowOf(r) == row; });
+      std::find_if(results_.begin(), results_.end(), [&](const Json& r) { return same(r, like); });
   return found == results_.end() ? nullptr : &*found;
 }
 
 void Results::put(Json result) {
-  const Row row = rowOf(result);
   const auto found =
-      std::find_if(results_.begin(), results_.end(), [&](const Json& r) { return rowOf(r) == row; });
+      std::find_if(results_.begin(), results_.end(), [&](const Json& r) { return same(r, result); });
   if (found == results_.end()) {
     results_.push_back(std::move(result));
   } else {
