@@ -198,6 +198,19 @@ TEST(Predicates, WhatUnderflowTakesIsNotDecidedByRounding) {
   EXPECT_GT(tally.roundedDirectionsWrong, 100);
 }
 
+TEST(Predicates, WhatIsNoNumberHasNoOrientation) {
+  Random random(12);
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+                           -std::numeric_limits<double>::infinity()}) {
+    for (int i = 0; i < 12; ++i) {
+      Points p{random.point(), random.point(), random.point(), random.point()};
+      p[i / 3][i % 3] = bad;
+      EXPECT_EQ(orient3d(p[0], p[1], p[2], p[3]), 0);
+      EXPECT_EQ(orientDirections(p[i / 3], p[(i + 3) / 3 % 4], p[(i + 6) / 3 % 4]), 0);
+    }
+  }
+}
+
 TEST(Predicates, PermutationsChangeTheSignAsTheyMust) {
   Random random(9);
   for (int i = 0; i < 500; ++i) {

@@ -100,6 +100,7 @@ int filteredSign(const Vec3& u, const Vec3& v, const Vec3& w) {
 
 int orient3d(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   if (const int sign = filteredSign(b - a, c - a, d - a)) return sign;
+  if (!(a.allFinite() && b.allFinite() && c.allFinite() && d.allFinite())) return 0;
   ExactSum sum;
   addDeterminant(sum, b, c, d, 1);
   addDeterminant(sum, a, c, d, -1);
@@ -110,6 +111,7 @@ int orient3d(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
 
 int orientDirections(const Vec3& a, const Vec3& b, const Vec3& c) {
   if (const int sign = filteredSign(a, b, c)) return sign;
+  if (!(a.allFinite() && b.allFinite() && c.allFinite())) return 0;
   ExactSum sum;
   addDeterminant(sum, a, b, c, 1);
   return sum.sign();

@@ -10,8 +10,9 @@ namespace polestar {
 /// vertices run counter-clockwise, so that (a, b, c, d) is a positively oriented tetrahedron; 0 when the four
 /// points are coplanar.
 ///
-/// Exact for all finite coordinates, the smallest and the largest included. A floating-point filter decides
-/// nearly all calls; the rest is summed in fixed-point numbers as long as that takes, 0.1 to 0.3 us a call.
+/// Exact for all finite coordinates, the smallest and the largest included; 0 where one is not finite. A
+/// floating-point filter decides nearly all calls; the rest is summed in fixed-point numbers as long as that
+/// takes, 0.1 to 0.3 us a call.
 int orient3d(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
 /// Sign of det[a, b, c]: +1 when the spherical triangle of the three directions is counter-clockwise seen

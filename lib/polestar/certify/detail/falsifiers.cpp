@@ -81,7 +81,8 @@ Contradictions contradictLemma2(const GreenFunction& green, double error) {
 Check boundaryError(const GreenFunction& green, double seenAnew) {
   const BoundaryError& error = green.boundaryError();
   const double seen = std::max(error.bound ? error.sampled : error.max, seenAnew);
-  std::string what = "rho |G| on the surface, sampled at " + std::to_string(error.points) + " points";
+  std::string what = "rho |G| on the surface up to " + formatted("%.3g", seen) + ", sampled at " +
+                     std::to_string(error.points) + " points";
   if (error.bound) what += "; at most " + formatted("%.3g", error.max) + " anywhere, proved";
   return falsifier("boundary_error", seen, kLargestBoundaryError, std::move(what));
 }
@@ -93,8 +94,10 @@ std::vector<Check> falsifyField(const GreenFunction& green) {
   const double seen = largestGreen(green, surfacePoints(green.shape().mesh(), kBoundaryPoints));
   checks.push_back(boundaryError(green, seen));
   if (const auto* layer = std::get_if<SurfaceLayer>(&green.sources())) {
-    checks.push_back(falsifier("charge", std::abs(totalCharge(layer->mesh, layer->density) + 1),
-                               kLargestChargeError, "total charge of the layer, which is -1"));
+    const double charge = totalCharge(layer->mesh, layer->density);
+    checks.push_back(
+        falsifier("charge", std::abs(charge + 1), kLargestChargeError,
+                  "total charge of the layer " + formatted("%.6f", charge) + ", where -1 is due"));
   }
   const Contradictions signs = contradictLemma2(green, checks[0].value);
   std::string what = counted(signs.found, signs.points,

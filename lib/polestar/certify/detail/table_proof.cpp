@@ -88,7 +88,8 @@ std::vector<Check> proveTable(const BallMap& map) {
   const auto surface = std::span(f.nodes).first(f.vertexCount),
              sphere = std::span(images).first(f.vertexCount);
   const std::size_t notFinite = countNotFinite(map), flips = map.levelFlips();
-  const double center = f.nodes.back().norm() + images.back().norm();
+  const double center =
+      std::max(f.nodes.back().lpNorm<Eigen::Infinity>(), images.back().lpNorm<Eigen::Infinity>());
   const double radial = radialDeviation(map);
   const CellCounts solid = countCells(f);
   return {proof("finite", static_cast<double>(notFinite), 0,
