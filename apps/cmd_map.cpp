@@ -45,9 +45,9 @@ class MapCommand final : public Command {
     addMapOptions(app, choices_);
     app.add_flag(
         "--exact", exact_,
-        "Fill the grids by tracing a field line from every voxel instead of reading the map's table: "
-        "30 to 60 s of processor time for a million voxels. The .pmap is the same; on average they differ "
-        "by 1e-5 to 1e-4 of the ball's radius");
+        "Fill the grids by tracing a field line from every voxel instead of reading the map's table: about "
+        "ten times as long, 30 to 60 s of processor time for a million voxels. The .pmap is the same; on "
+        "average they differ by 2e-5 to 1e-4 of the ball's radius");
     app.add_flag(
         "--keep-failed", keepFailed_,
         "Keep the files of a map that fails its certificate (exit code 6). The verdict proved says that "

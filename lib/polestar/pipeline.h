@@ -81,7 +81,7 @@ struct TracedGrids {
   SolidGrids grids;
   std::size_t answeredByTable = 0;  ///< voxels inside whose trace failed
 };
-/// 30 to 60 us of processor time a voxel inside, ten to thirty times what gridsOf() takes.
+/// 30 to 60 us of processor time a voxel inside, about ten times what gridsOf() takes.
 TracedGrids tracedGridsOf(const BallMap& map, const GridOptions& options,
                           Context& context = Context::quiet());
 
