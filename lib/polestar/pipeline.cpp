@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -85,7 +87,13 @@ BallMap mapToBall(const StarShape& given, const MapOptions& options, Context& co
   return map;
 }
 
-SolidGrids gridsOf(const BallMap& map, const GridOptions& options, Context& context) {
+namespace {
+
+// Points of the solid's grid -> the ball, and G; as BallMap::sample.
+using Sampler = std::function<void(std::span<const Vec3>, std::span<Vec3>, std::span<double>)>;
+
+SolidGrids sampledGrids(const BallMap& map, const Sampler& sample, const GridOptions& options,
+                        Context& context) {
   const GreenFunction& green = map.chart().green();
   const StarShape& shape = green.shape();
   SolidGrids grids(shape.surface().mesh(), options, context);
@@ -96,7 +104,7 @@ SolidGrids gridsOf(const BallMap& map, const GridOptions& options, Context& cont
       [&](const VoxelBatch& batch, std::span<Vec3f> rest, std::span<float> values) {
         std::vector<Vec3> ball(batch.points.size());
         std::vector<double> value(batch.points.size());
-        map.sample(batch.points, ball, value);
+        sample(batch.points, ball, value);
         for (std::size_t i = 0; i < ball.size(); ++i) {
           rest[i] = ball[i].cast<float>();
           values[i] = static_cast<float>(std::min(value[i], cap));
@@ -117,6 +125,33 @@ SolidGrids gridsOf(const BallMap& map, const GridOptions& options, Context& cont
   grids.setMetadata("polestar:radius", std::string(toString(map.radius().kind())));
   grids.setMetadata("polestar:boundary_error", green.boundaryError().max);
   return grids;
+}
+
+}  // namespace
+
+SolidGrids gridsOf(const BallMap& map, const GridOptions& options, Context& context) {
+  SolidGrids grids = sampledGrids(
+      map,
+      [&](std::span<const Vec3> solid, std::span<Vec3> ball, std::span<double> green) {
+        map.sample(solid, ball, green);
+      },
+      options, context);
+  grids.setMetadata("polestar:exact", std::string("no"));
+  return grids;
+}
+
+TracedGrids tracedGridsOf(const BallMap& map, const GridOptions& options, Context& context) {
+  const TracedBallMap traced(map);
+  std::atomic<std::size_t> failed = 0;
+  SolidGrids grids = sampledGrids(
+      map,
+      [&](std::span<const Vec3> solid, std::span<Vec3> ball, std::span<double> green) {
+        failed += traced.sample(solid, ball, green);
+      },
+      options, context);
+  grids.setMetadata("polestar:exact", std::string("yes"));
+  grids.setMetadata("polestar:answered_by_table", static_cast<std::int64_t>(failed));
+  return {std::move(grids), failed};
 }
 
 namespace {
@@ -193,6 +228,15 @@ FilteredGrids filterCells(SolidGrids& grids, Context& context) {
     grids.replace("rest", cube, filtered.moved);
     result.voxels += filtered.moved.size();
     result.largestMove = std::max(result.largestMove, filtered.largestMove);
+  }
+  if (result.voxels > 0) {
+    char move[16];
+    std::snprintf(move, sizeof move, "%.2g", result.largestMove);
+    context.log(LogLevel::warning,
+                "the map turns faster than these voxels hold: " + std::to_string(result.invertedBefore) +
+                    " cells between them were inverted; " + std::to_string(result.voxels) +
+                    " voxels of rest around were low-pass filtered, moved by at most " + move +
+                    " of the ball's radius");
   }
   grids.setMetadata("polestar:filtered_voxels", static_cast<std::int64_t>(result.voxels));
   return result;

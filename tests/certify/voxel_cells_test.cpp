@@ -4,8 +4,11 @@
 
 #include <Eigen/LU>
 #include <functional>
+#include <limits>
 #include <random>
 #include <vector>
+
+#include "support/exact.h"
 
 namespace polestar {
 namespace {
@@ -55,6 +58,7 @@ TEST(VoxelCells, AFoldIsFoundWhereItIs) {
       Lattice(9, 1, [](const Vec3& x) { return Vec3(3.5 - std::abs(x[0] - 3.5), x[1], x[2]); }).judge();
   EXPECT_EQ(q.cells, 512u);
   EXPECT_EQ(q.collapsed, 64u);
+  EXPECT_EQ(q.collapsedDeep, 64u);
   EXPECT_EQ(q.inverted, 256u);
 }
 
@@ -62,6 +66,10 @@ TEST(VoxelCells, ShallowOnesAreCountedApart) {
   const auto mirror = [](const Vec3& x) { return Vec3(-x[0], x[1], x[2]); };
   EXPECT_EQ(Lattice(3, 1, mirror, 0.9).judge().invertedDeep, 0u);
   EXPECT_EQ(Lattice(3, 1, mirror, 1.1).judge().invertedDeep, 8u);
+  const auto flat = [](const Vec3& x) { return Vec3(0, x[1], x[2]); };
+  EXPECT_EQ(Lattice(3, 1, flat, 0.9).judge().collapsed, 8u);
+  EXPECT_EQ(Lattice(3, 1, flat, 0.9).judge().collapsedDeep, 0u);
+  EXPECT_EQ(Lattice(3, 1, flat, 1.1).judge().collapsedDeep, 8u);
 }
 
 TEST(VoxelCells, OnlyCellsWhollyInsideCount) {
@@ -75,7 +83,7 @@ TEST(VoxelCells, OnlyCellsWhollyInsideCount) {
 
 // Smallest det J of the trilinear interpolant over a fine lattice of points.
 double sampledMinimum(const std::array<Vec3, 8>& c) {
-  constexpr int kSteps = 12;
+  constexpr int kSteps = 16;  // every point that four subdivisions a side look at
   double smallest = 1e300;
   for (int a = 0; a <= kSteps; ++a) {
     for (int b = 0; b <= kSteps; ++b) {
@@ -102,7 +110,7 @@ double sampledMinimum(const std::array<Vec3, 8>& c) {
 TEST(VoxelCells, VerdictsAgreeWithDenseSamplingOnRandomCells) {
   std::mt19937 random(2);
   std::normal_distribution<double> normal;
-  int good = 0, bad = 0;
+  int good = 0, bad = 0, undecided = 0;
   for (int trial = 0; trial < 3000; ++trial) {
     const double noise = 0.05 + 0.35 * trial / 3000;
     Lattice lattice(2, 1, [&](const Vec3& x) {
@@ -120,9 +128,81 @@ TEST(VoxelCells, VerdictsAgreeWithDenseSamplingOnRandomCells) {
       EXPECT_EQ(quality.inverted, 0u) << "sampled minimum " << smallest;
       ++good;
     }
+    EXPECT_LE(quality.undecided, quality.inverted);
+    undecided += static_cast<int>(quality.undecided);
+    if (quality.undecided < quality.inverted) {
+      EXPECT_LT(smallest, 0) << "refuted by a negative value, and there is none";
+    }
   }
   EXPECT_GT(good, 300);
   EXPECT_GT(bad, 300);
+  EXPECT_LT(undecided, 30);
+}
+
+// Floats with 24 bits whose cell is affine, du and dv random, dw a whole combination of them: flat, but for
+// `units` in its third corner.
+std::array<Vec3, 8> nearlyFlatCell(std::mt19937& random, int units) {
+  std::uniform_int_distribution<int> coordinate(-(1 << 18), 1 << 18), factor(-7, 7);
+  const auto edge = [&] { return Vec3(coordinate(random), coordinate(random), coordinate(random)); };
+  const Vec3 origin = edge(), du = edge(), dv = edge();
+  Vec3 dw = factor(random) * du + factor(random) * dv;
+  dw[coordinate(random) & 1 ? 2 : 0] += units;
+  std::array<Vec3, 8> corners;
+  for (int q = 0; q < 8; ++q)
+    corners[q] = 0x1p-24 * (origin + (q >> 2) * du + (q >> 1 & 1) * dv + (q & 1) * dw);
+  return corners;
+}
+
+CellQuality judgeOne(const std::array<Vec3, 8>& corners) {
+  Lattice lattice(2, 1, [&](const Vec3& x) {
+    return corners[4 * static_cast<int>(x[0]) + 2 * static_cast<int>(x[1]) + static_cast<int>(x[2])];
+  });
+  return lattice.judge();
+}
+
+int exactSign(const std::array<Vec3, 8>& c) {
+  using testing::difference, testing::exact;
+  return testing::determinant(difference(exact(c[4]), exact(c[0])), difference(exact(c[2]), exact(c[0])),
+                              difference(exact(c[1]), exact(c[0])))
+      .sign();
+}
+
+TEST(VoxelCells, SignsAreExactWhereRoundingHasTheLastWord) {
+  std::mt19937 random(3);
+  int roundedWrong = 0, positive = 0;
+  for (int trial = 0; trial < 6000; ++trial) {
+    const auto corners = nearlyFlatCell(random, trial % 3 - 1);
+    for (const Vec3& corner : corners) ASSERT_EQ(corner.cast<float>().cast<double>(), corner);
+    const int sign = exactSign(corners);
+    const double rounded =
+        (corners[4] - corners[0]).cross(corners[2] - corners[0]).dot(corners[1] - corners[0]);
+    roundedWrong += (rounded > 0) - (rounded < 0) != sign;
+    const CellQuality quality = judgeOne(corners);
+    EXPECT_EQ(quality.collapsed, sign == 0 ? 1u : 0u);
+    if (sign < 0) {
+      EXPECT_EQ(quality.inverted, 1u);
+      EXPECT_EQ(quality.undecided, 0u);
+    }
+    if (sign > 0) {
+      // Shown, or left open: never refuted.
+      EXPECT_EQ(quality.inverted, quality.undecided);
+      positive += quality.inverted == 0;
+    }
+  }
+  EXPECT_GT(roundedWrong, 100) << "the cells must be hard, or this test shows nothing";
+  EXPECT_GT(positive, 100);
+}
+
+TEST(VoxelCells, WhatIsNoNumberIsInverted) {
+  for (const float value :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      Lattice lattice(3, 1, [](const Vec3& x) { return x; });
+      lattice.rest[lattice.at(1, 1, 1)][axis] = value;
+      EXPECT_EQ(lattice.judge().inverted, 8u);
+      EXPECT_EQ(lattice.judge().invertedDeep, 8u);
+    }
+  }
 }
 
 }  // namespace

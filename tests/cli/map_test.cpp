@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 
 #include "cli/text.h"
+#include "polestar/mesh/bodies.h"
 #include "polestar/mesh/shapes.h"
 #include "run_tool.h"
 #include "support/opencl.h"
@@ -17,6 +19,7 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsSupersetOf;
+using ::testing::Pair;
 using ::testing::StartsWith;
 
 std::vector<std::string> memberNames(const nlohmann::json& object) {
@@ -67,6 +70,45 @@ TEST_F(MappedBall, JsonHasTheMembersOfTheSchema) {
   EXPECT_EQ(json["solver"], "layer");
   EXPECT_NEAR(json["harmonic_radius"].get<double>(), 1, 0.01) << "of the unit ball about its center";
   EXPECT_NEAR(json["charge"].get<double>(), -1, 1e-3);
+}
+
+TEST_F(MappedBall, IsProvedByTheChecksThatAreProofs) {
+  const auto certificate = made_.json()["certificate"];
+  EXPECT_EQ(certificate["verdict"], "proved");
+  std::map<std::string, int> roles;
+  for (const auto& check : certificate["checks"]) {
+    EXPECT_THAT(memberNames(check), ElementsAre("detail", "limit", "name", "passed", "role", "value"));
+    EXPECT_TRUE(check["passed"].get<bool>()) << check;
+    ++roles[check["role"]];
+  }
+  EXPECT_THAT(roles, ElementsAre(Pair("falsifier", 4), Pair("proof", 10), Pair("warning", 1)));
+  const ScratchFolder scratch;
+  const ToolRun run = runTool({"map", mesh_, "-o", scratch / "ball.vdb", "--dim", "24"});
+  EXPECT_THAT(run.out, HasSubstr("verdict     proved: the map's table is one to one"));
+  EXPECT_THAT(runTool({"info", scratch / "ball.vdb"}).out, HasSubstr("polestar:certificate      proved"));
+}
+
+TEST_F(MappedBall, ExactGridsAreTraced) {
+  const ScratchFolder scratch;
+  const std::vector<std::string> arguments{"map",   mesh_, "-o",     scratch / "ball.vdb",
+                                           "--dim", "16",  "--exact"};
+  const ToolRun text = runTool(arguments);
+  ASSERT_EQ(text.exitCode, 0) << text.err;
+  EXPECT_THAT(text.out, HasSubstr("voxels      traced one by one; "));
+  auto again = arguments;
+  again.insert(again.end(), {"--overwrite", "--json"});
+  const auto json = runTool(again).json();
+  EXPECT_EQ(json["certificate"]["verdict"], "proved");
+  EXPECT_TRUE(json["exact"]["traced"].get<bool>());
+  EXPECT_LT(json["exact"]["answered_by_table"].get<int>(), json["sampled"]["voxels"].get<int>() / 50);
+  const auto metadata = [](const std::string& file) {
+    return runTool({"info", file, "--json"}).json()["grids"][0]["metadata"];
+  };
+  EXPECT_EQ(metadata(scratch / "ball.vdb")["polestar:exact"], "yes");
+  EXPECT_TRUE(metadata(scratch / "ball.vdb").contains("polestar:answered_by_table"));
+  EXPECT_EQ(metadata(grids())["polestar:exact"], "no");
+  EXPECT_FALSE(made_.json()["exact"]["traced"].get<bool>());
+  EXPECT_TRUE(made_.json()["exact"]["answered_by_table"].is_null());
 }
 
 TEST_F(MappedBall, ProvesItsBoundaryErrorWhenAsked) {
@@ -381,20 +423,25 @@ TEST(Map, InterruptedEndsWith130AndLeavesNothing) {
 
 TEST(Map, FailedCertificatesEndWith6AndFilesStayOnlyWhenAsked) {
   const ScratchFolder scratch;
-  // Eight vertices carry no map that a fine grid would bear.
-  const std::string mesh = scratch.obj("cube.obj", cube(1));
-  const std::vector<std::string> arguments{"map", mesh, "-o", scratch / "out.vdb", "--dim", "96", "--json"};
+  // Spikes, between which no charges fit: a coarse Green's function.
+  const std::string mesh = scratch.obj("spikes.obj", starPolyhedron(3));
+  std::vector<std::string> arguments{"map", mesh, "-o", scratch / "out.vdb", "--dim", "24", "--json"};
+  EXPECT_EQ(runTool(arguments).exitCode, 0) << "the layer's is fine enough";
+  arguments.insert(arguments.end(), {"--solver", "mfs"});
+  for (const char* name : {"out.vdb", "out.pmap"}) fs::remove(scratch.path() / name);
   ToolRun run = runTool(arguments);
   ASSERT_EQ(run.exitCode, 6) << run.err;
   EXPECT_EQ(run.json()["certificate"]["verdict"], "failed");
   EXPECT_EQ(run.json()["error"]["code"], "not_converged");
-  EXPECT_THAT(scratch.names(), ElementsAre("cube.obj"));
+  EXPECT_THAT(run.err, AllOf(HasSubstr("boundary_error: rho |G| on the surface up to "),
+                             HasSubstr("try a smaller --tolerance, --solver layer")));
+  EXPECT_THAT(scratch.names(), ElementsAre("spikes.obj"));
 
-  auto keeping = arguments;
-  keeping.push_back("--keep-failed");
-  run = runTool(keeping);
+  arguments.push_back("--keep-failed");
+  run = runTool(arguments);
   EXPECT_EQ(run.exitCode, 6);
-  EXPECT_THAT(scratch.names(), ElementsAre("cube.obj", "out.pmap", "out.vdb"));
+  EXPECT_THAT(scratch.names(), ElementsAre("out.pmap", "out.vdb", "spikes.obj"));
+  EXPECT_THAT(runTool({"info", scratch / "out.vdb"}).out, HasSubstr("polestar:certificate      failed"));
 }
 
 }  // namespace

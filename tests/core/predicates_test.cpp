@@ -163,19 +163,51 @@ TEST(Predicates, FarFromTheOrigin) {
   EXPECT_GT(tally.positive, 2000);
 }
 
-TEST(Predicates, FromTinyToHugeWithinTheDocumentedRange) {
+TEST(Predicates, FromTheSmallestToTheLargestNumbers) {
   Random random(8);
-  auto wild = [&] { return random.uniform() * std::pow(10.0, random.uniform(-49, 49)); };
-  expectExactSigns(10000, [&] {
-    Points p;
-    for (Vec3& v : p) v = Vec3(wild(), wild(), random.integer(0, 3) ? wild() : 0.0);
-    return p;
-  });
-  for (const double scale : {1e-49, 1e-30, 1e30, 1e49}) {
-    expectExactSigns(3000, [&] {
+  auto wild = [&](double decades) {
+    return random.uniform() * std::pow(10.0, random.uniform(-decades, decades));
+  };
+  for (const double decades : {49, 150, 307}) {
+    expectExactSigns(5000, [&] {
+      Points p;
+      for (Vec3& v : p) v = Vec3(wild(decades), wild(decades), random.integer(0, 3) ? wild(decades) : 0.0);
+      return p;
+    });
+  }
+  for (const double scale : {1e-321, 1e-310, 1e-200, 1e-110, 1e-49, 1e49, 1e110, 1e200, 4e307}) {
+    const Tally tally = expectExactSigns(2000, [&] {
       const Vec3 a = scale * random.point(), b = scale * random.point(), c = scale * random.point();
       return Points{a, b, c, Vec3(a + random.uniform() * (b - a) + random.uniform() * (c - a))};
     });
+    EXPECT_GT(tally.positive, 100) << scale;
+    EXPECT_GT(tally.negative, 100) << scale;
+  }
+}
+
+TEST(Predicates, WhatUnderflowTakesIsNotDecidedByRounding) {
+  // Minors of denormal numbers that a large entry multiplies: rounded they are 0 or the least number.
+  Random random(11);
+  const Tally tally = expectExactSigns(5000, [&] {
+    Points p;
+    p[0] = Vec3(1e300 * random.uniform(), 1e300 * random.uniform(), 1e300 * random.uniform());
+    for (int i = 1; i < 3; ++i) p[i] = 2e-162 * random.point();
+    p[3] = random.point();
+    return p;
+  });
+  EXPECT_GT(tally.roundedDirectionsWrong, 100);
+}
+
+TEST(Predicates, WhatIsNoNumberHasNoOrientation) {
+  Random random(12);
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+                           -std::numeric_limits<double>::infinity()}) {
+    for (int i = 0; i < 12; ++i) {
+      Points p{random.point(), random.point(), random.point(), random.point()};
+      p[i / 3][i % 3] = bad;
+      EXPECT_EQ(orient3d(p[0], p[1], p[2], p[3]), 0);
+      EXPECT_EQ(orientDirections(p[i / 3], p[(i + 3) / 3 % 4], p[(i + 6) / 3 % 4]), 0);
+    }
   }
 }
 

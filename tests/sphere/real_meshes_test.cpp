@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <optional>
 
+#include "polestar/core/covering_number.h"
 #include "polestar/core/error.h"
 #include "polestar/mesh/read_mesh.h"
 #include "polestar/mesh/repair.h"
@@ -45,7 +46,7 @@ TEST(RealMeshes, NeverShipAFlip) {
 
     EXPECT_EQ(map.flips, 0u);
     EXPECT_EQ(countFlips(map.directions, mesh.triangles), 0u);
-    EXPECT_EQ(detail::sphereDegree(map.directions, mesh.triangles), 1);
+    EXPECT_EQ(coveringNumber(map.directions, mesh.triangles), 1);
     EXPECT_EQ(map.kind, SphereMapKind::conformal);
     EXPECT_EQ(map.fallbackReason, "");
     EXPECT_LE(map.qcMean, radialSphereMap(*shape).qcMean * (1 + 1e-9));

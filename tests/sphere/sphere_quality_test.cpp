@@ -52,23 +52,6 @@ TEST(CountFlips, ATriangleThatCollapsedIsAFlip) {
   EXPECT_GE(countFlips(directions, mesh.triangles), 2u);  // the two triangles at the collapsed edge
 }
 
-TEST(SphereDegree, OneMinusOneTwoZero) {
-  const TriMesh mesh = icosphere(4);
-  EXPECT_EQ(detail::sphereDegree(mesh.vertices, mesh.triangles), 1);
-  std::vector<Vec3> other = mesh.vertices;
-  for (Vec3& s : other) s[0] = -s[0];
-  EXPECT_EQ(detail::sphereDegree(other, mesh.triangles), -1);
-  // z -> z^2 in the plane of the longitudes wraps the sphere twice.
-  for (std::size_t i = 0; i < other.size(); ++i) {
-    const Vec3& v = mesh.vertices[i];
-    const double angle = 2 * std::atan2(v[1], v[0]), r = std::hypot(v[0], v[1]);
-    other[i] = {r * std::cos(angle), r * std::sin(angle), v[2]};
-  }
-  EXPECT_EQ(detail::sphereDegree(other, mesh.triangles), 2);
-  for (Vec3& s : other) s = Vec3(s[0], s[1], 3).normalized();
-  EXPECT_EQ(detail::sphereDegree(other, mesh.triangles), 0);
-}
-
 TEST(Dilatation, OfLinearMaps) {
   const std::array<Vec3, 3> from{Vec3(0.1, 0.2, 0), Vec3(1.3, 0.4, 0), Vec3(0.5, 1.1, 0)};
   auto image = [&](const Mat3& map) {

@@ -2,20 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "polestar/certify/detail/check_parts.h"
+#include "polestar/certify/detail/falsifiers.h"
+#include "polestar/certify/detail/table_proof.h"
 
 namespace polestar {
+
+using detail::check;
+using detail::counted;
+using detail::formatted;
+
 namespace {
-
-std::string counted(std::size_t bad, std::size_t all, const std::string& what) {
-  return std::to_string(bad) + " of " + std::to_string(all) + " " + what;
-}
-
-std::string formatted(const char* format, double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
 
 // What enclosures say of critical points: how deep below the surface there are none, and where that fails.
 std::string describe(const std::vector<SignProof>& proofs, const Frame& frame) {
@@ -42,16 +40,44 @@ std::string describe(const std::vector<SignProof>& proofs, const Frame& frame) {
   return text;
 }
 
+Check surfaceSigns(const SignReport& sampled, const std::vector<SignProof>& proofs, const Frame& frame) {
+  const std::size_t wrong = proofs.empty() ? sampled.radialFailures + sampled.normalFailures
+                                           : proofs.front().radial.failed + proofs.front().normal.failed;
+  return check(CheckRole::warning, "surface_signs", static_cast<double>(wrong), 0,
+               proofs.empty()
+                   ? counted(wrong, 2 * sampled.points, "signs just inside the surface point the wrong way")
+                   : describe(proofs, frame));
+}
+
+Check voxelCells(const CellQuality& sampled) {
+  const std::size_t bad = sampled.invertedDeep + sampled.collapsedDeep;
+  return check(
+      CheckRole::proof, "voxel_cells", static_cast<double>(bad), 0,
+      counted(bad, sampled.cells, "voxel cells inverted or collapsed more than a voxel below the surface (") +
+          std::to_string(sampled.inverted) + " inverted anywhere, " + std::to_string(sampled.undecided) +
+          " of them undecided; " + std::to_string(sampled.collapsed) + " collapsed)");
+}
+
+Check returns(const RoundTrip& trip, double voxelSize) {
+  return check(CheckRole::falsifier, "round_trip", trip.lost > 0 ? HUGE_VAL : trip.max, 0.5 * voxelSize,
+               "largest distance " + std::to_string(trip.max / voxelSize) + " voxels over " +
+                   std::to_string(trip.points) + " points, " + std::to_string(trip.lost) + " lost");
+}
+
+bool refutes(const Check& made) { return !made.passed && made.role != CheckRole::warning; }
+
 }  // namespace
 
-const char* toString(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::proved:
-      return "proved";
-    case Verdict::sampled:
-      return "sampled";
+const char* toString(Verdict verdict) { return verdict == Verdict::proved ? "proved" : "failed"; }
+
+const char* toString(CheckRole role) {
+  switch (role) {
+    case CheckRole::proof:
+      return "proof";
+    case CheckRole::falsifier:
+      return "falsifier";
     default:
-      return "failed";
+      return "warning";
   }
 }
 
@@ -108,65 +134,28 @@ RoundTrip measureRoundTrip(const VolumeMap& map, std::span<const Vec3> solidPoin
   return trip;
 }
 
-std::string Certificate::failure() const {
-  for (const Check& check : checks) {
-    if (check.decides && !check.passed) return check.name + ": " + check.detail;
-  }
-  return "";
+const Check* Certificate::firstFailure() const {
+  const auto first = std::find_if(checks.begin(), checks.end(), refutes);
+  return first == checks.end() ? nullptr : &*first;
 }
 
 Certificate certify(const BallMap& map, const CellQuality& sampled, const RoundTrip& roundTrip,
                     double voxelSize, Context& context) {
   context.progress("certifying", 0);
   Certificate certificate;
-  const GreenChart& chart = map.chart();
-  const std::vector<SignProof>& proofs = chart.green().record().signs;
-  if (proofs.empty()) certificate.signs = sampleSigns(chart.green());
   certificate.sampled = sampled;
   certificate.roundTrip = roundTrip;
-  auto add = [&](const char* name, double value, double limit, bool decides, bool exact, std::string detail) {
-    certificate.checks.push_back({name, value <= limit, decides, exact, value, limit, std::move(detail)});
-  };
-  const BoundaryError& error = chart.green().boundaryError();
-  const CellCounts& cells = chart.report().cells;
-  const SignReport& signs = certificate.signs;
+  const GreenFunction& green = map.chart().green();
+  const std::vector<SignProof>& proofs = green.record().signs;
+  if (proofs.empty()) certificate.signs = sampleSigns(green);
 
-  add("boundary_error", error.max, 1e-2, false, error.bound,
-      "rho |G| on the surface, " +
-          std::string(error.bound ? "bounded" : "sampled at " + std::to_string(error.points) + " points"));
-  if (const std::optional<double> charge = chart.green().charge()) {
-    add("charge", std::abs(*charge + 1), 1e-3, false, false, "total charge of the layer, which is -1");
-  }
-  if (proofs.empty()) {
-    add("field_signs", static_cast<double>(signs.radialFailures + signs.normalFailures), 0, false, false,
-        counted(signs.radialFailures + signs.normalFailures, 2 * signs.points,
-                "signs just inside the surface point the wrong way"));
-  } else {
-    const std::size_t open = proofs.front().radial.failed + proofs.front().normal.failed;
-    add("field_signs", static_cast<double>(open), 0, false, open == 0,
-        describe(proofs, chart.green().shape().frame()));
-  }
-  add("sphere_flips", static_cast<double>(map.levelFlips()), 0, true, true,
-      std::to_string(map.levelFlips()) + " flipped triangles on the sphere, over all levels");
-  add("foliation_cells", static_cast<double>(cells.bad()), 0, true, true,
-      counted(cells.bad(), cells.cells, "tetrahedra of the foliation inverted or flat"));
-  add("image_cells", static_cast<double>(map.imageCells().bad()), 0, true, true,
-      counted(map.imageCells().bad(), cells.cells,
-              "tetrahedra inverted or flat at their images in the ball"));
-  add("voxel_cells", static_cast<double>(sampled.invertedDeep), 0, true, true,
-      counted(sampled.invertedDeep, sampled.cells,
-              "voxel cells inverted more than a voxel below the surface (") +
-          std::to_string(sampled.inverted) + " anywhere, " + std::to_string(sampled.collapsed) +
-          " collapsed)");
-  add("round_trip", roundTrip.lost > 0 ? HUGE_VAL : roundTrip.max, 0.5 * voxelSize, true, false,
-      "largest distance " + std::to_string(roundTrip.max / voxelSize) + " voxels over " +
-          std::to_string(roundTrip.points) + " points, " + std::to_string(roundTrip.lost) + " lost");
-
-  const bool failed = std::any_of(certificate.checks.begin(), certificate.checks.end(),
-                                  [](const Check& c) { return c.decides && !c.passed; });
-  const bool exact = std::all_of(certificate.checks.begin(), certificate.checks.end(),
-                                 [](const Check& c) { return !c.decides || c.exact; });
-  certificate.verdict = failed ? Verdict::failed : exact ? Verdict::proved : Verdict::sampled;
+  std::vector<Check>& checks = certificate.checks;
+  checks = detail::falsifyField(green);
+  checks.push_back(surfaceSigns(certificate.signs, proofs, green.shape().frame()));
+  for (Check& proof : detail::proveTable(map)) checks.push_back(std::move(proof));
+  checks.push_back(voxelCells(sampled));
+  checks.push_back(returns(roundTrip, voxelSize));
+  certificate.verdict = certificate.firstFailure() ? Verdict::failed : Verdict::proved;
   return certificate;
 }
 

@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
+
+#include "polestar/core/predicates.h"
 
 namespace polestar {
 namespace {
@@ -37,13 +41,45 @@ Coefficients jacobianCoefficients(const Corners& c) {
   return result;
 }
 
-enum class Sign { positive, notPositive, open };
+constexpr int kHalvings = 12;  // four of each axis
 
-Sign signOf(const Coefficients& b) {
-  for (const int corner : {0, 2, 6, 8, 18, 20, 24, 26}) {
-    if (!(b[corner] > 0)) return Sign::notPositive;
+// A bound for the error of every coefficient, through all halvings.
+//
+// Samples are floats, exact in doubles, and their products are above 2^-450: nothing underflows. With a, b, c
+// the largest components of the cell's edges along u, v, w and e = 2^-53: an edge carries one rounding, a
+// minor of two edges two more on at most 2 a b, its product with the third and the sum over three minors
+// three more. So a determinant, at most 6 a b c, is off by 8 e of that. A coefficient is a mean of up to
+// eight (weights are powers of two): seven additions. Every halving takes two means. Together
+// 6 (8 + 7 + 2 * 12) e a b c = 234 e a b c; 2^8 covers products of roundings, too.
+double roundingBound(const Corners& c) {
+  constexpr double kBound = 0x1p-45;
+  double product = kBound;
+  for (const int axis : {4, 2, 1}) {
+    double largest = 0;
+    for (int q = 0; q < 8; ++q) {
+      if (!(q & axis)) largest = std::max(largest, (c[q | axis] - c[q]).cwiseAbs().maxCoeff());
+    }
+    product *= largest;
   }
-  return std::all_of(b.begin(), b.end(), [](double x) { return x > 0; }) ? Sign::positive : Sign::open;
+  return product;
+}
+
+constexpr std::array<int, 8> kCornerCoefficients{0, 2, 6, 8, 18, 20, 24, 26};
+
+// Exact sign of the Jacobian at corner q: the tetrahedron of the corner and its three neighbours.
+int signAtCorner(const Corners& c, int q) {
+  const int sign = orient3d(c[q], c[q ^ 4], c[q ^ 2], c[q ^ 1]);
+  return std::popcount(static_cast<unsigned>(q)) % 2 == 0 ? sign : -sign;
+}
+
+int leastSignAtCorners(const Corners& corners, const Coefficients& b, double bound) {
+  int least = 1;
+  for (int q = 0; q < 8; ++q) {
+    const double value = b[kCornerCoefficients[q]];
+    const bool decided = std::abs(value) > bound;
+    least = std::min(least, decided ? (value > 0 ? 1 : -1) : signAtCorner(corners, q));
+  }
+  return least;
 }
 
 // De Casteljau at 1/2 along one axis (stride 9, 3 or 1).
@@ -60,20 +96,46 @@ void halve(const Coefficients& b, int stride, Coefficients& low, Coefficients& h
   }
 }
 
-bool positiveEverywhere(const Coefficients& b, int halvings) {
-  switch (signOf(b)) {
-    case Sign::positive:
-      return true;
-    case Sign::notPositive:
-      return false;
-    case Sign::open:
-      break;
+enum class Positivity { shown, refuted, open };
+
+// Of the determinant, its coefficients known to `bound`.
+Positivity judge(const Coefficients& b, double bound, int halvings) {
+  if (std::all_of(b.begin(), b.end(), [&](double x) { return x > bound; })) return Positivity::shown;
+  bool worthHalving = halvings > 0;
+  for (const int corner : kCornerCoefficients) {
+    if (b[corner] < -bound) return Positivity::refuted;
+    // A value of the determinant itself, which no halving moves.
+    worthHalving = worthHalving && b[corner] > bound;
   }
-  if (halvings == 0) return false;
+  if (!worthHalving) return Positivity::open;
   constexpr int kStrides[3] = {9, 3, 1};
   Coefficients low{}, high{};
   halve(b, kStrides[halvings % 3], low, high);
-  return positiveEverywhere(low, halvings - 1) && positiveEverywhere(high, halvings - 1);
+  const Positivity first = judge(low, bound, halvings - 1);
+  return first == Positivity::shown ? judge(high, bound, halvings - 1) : first;
+}
+
+bool areFinite(const Corners& corners) {
+  return std::all_of(corners.begin(), corners.end(), [](const Vec3& y) { return y.allFinite(); });
+}
+
+// Leaves the volume of the voxel out of minJacobian.
+void addCell(const Corners& corners, bool deep, CellQuality& quality) {
+  ++quality.cells;
+  const Coefficients b = jacobianCoefficients(corners);
+  for (const int c : kCornerCoefficients) quality.minJacobian = std::min(quality.minJacobian, b[c]);
+  const double bound = roundingBound(corners);
+  const Positivity found = judge(b, bound, kHalvings);
+  if (found == Positivity::shown) return;
+  const int least = areFinite(corners) ? leastSignAtCorners(corners, b, bound) : -1;
+  if (least == 0) {
+    ++quality.collapsed;
+    quality.collapsedDeep += deep;
+    return;
+  }
+  ++quality.inverted;
+  quality.invertedDeep += deep;
+  quality.undecided += least > 0 && found == Positivity::open;
 }
 
 }  // namespace
@@ -82,16 +144,16 @@ CellQuality& CellQuality::operator+=(const CellQuality& other) {
   voxels += other.voxels;
   cells += other.cells;
   inverted += other.inverted;
+  undecided += other.undecided;
   collapsed += other.collapsed;
   invertedDeep += other.invertedDeep;
+  collapsedDeep += other.collapsedDeep;
   minJacobian = std::min(minJacobian, other.minJacobian);
   return *this;
 }
 
 CellQuality judgeCells(const VoxelBlock& block) {
-  constexpr int kHalvings = 12;  // four of each axis
   const int n = block.size;
-  const double voxelVolume = block.voxelSize * block.voxelSize * block.voxelSize;
   CellQuality quality;
   for (int i = 0; i + 1 < n; ++i) {
     for (int j = 0; j + 1 < n; ++j) {
@@ -107,20 +169,11 @@ CellQuality judgeCells(const VoxelBlock& block) {
           corner[q] = block.rest[at].cast<double>();
         }
         if (!inside) continue;
-        ++quality.cells;
-        const Coefficients b = jacobianCoefficients(corner);
-        double smallest = 1e300;
-        for (const int c : {0, 2, 6, 8, 18, 20, 24, 26}) smallest = std::min(smallest, b[c]);
-        quality.minJacobian = std::min(quality.minJacobian, smallest / voxelVolume);
-        if (smallest == 0) {
-          ++quality.collapsed;
-        } else if (!positiveEverywhere(b, kHalvings)) {
-          ++quality.inverted;
-          quality.invertedDeep += deep;
-        }
+        addCell(corner, deep, quality);
       }
     }
   }
+  if (quality.cells > 0) quality.minJacobian /= block.voxelSize * block.voxelSize * block.voxelSize;
   return quality;
 }
 

@@ -21,13 +21,16 @@ struct VoxelBlock {
 };
 
 struct CellQuality {
-  std::size_t voxels = 0;    ///< inside the solid
-  std::size_t cells = 0;     ///< with all eight corners inside
-  std::size_t inverted = 0;  ///< not positive somewhere, or not decided after four subdivisions
-  std::size_t collapsed =
-      0;  ///< zero at a corner and nowhere negative there: crowded below float's resolution
-  std::size_t invertedDeep = 0;  ///< inverted, every corner deeper than one voxel below the surface
-  double minJacobian = 1e300;    ///< smallest determinant at a cell's corner, 1 / mesh unit^3
+  std::size_t voxels = 0;  ///< inside the solid
+  std::size_t cells = 0;   ///< with all eight corners inside
+  /// Not shown to be positive everywhere: negative somewhere, or undecided.
+  std::size_t inverted = 0;
+  std::size_t undecided = 0;  ///< of these: neither shown nor refuted after four subdivisions a side
+  /// Zero at a corner and negative at none: crowded below float's resolution.
+  std::size_t collapsed = 0;
+  /// Those with every corner deeper than one voxel below the surface.
+  std::size_t invertedDeep = 0, collapsedDeep = 0;
+  double minJacobian = 1e300;  ///< smallest determinant at a cell's corner, 1 / mesh unit^3
 
   CellQuality& operator+=(const CellQuality& other);
 };
@@ -36,8 +39,9 @@ struct CellQuality {
 /// too.
 ///
 /// The determinant is a polynomial of degree 2 in each variable; 27 positive Bernstein coefficients prove a
-/// cell, a corner that is not positive disproves it, subdivision decides in between. In doubles from the
-/// stored floats.
+/// cell, a corner that is not positive disproves it, subdivision decides in between. Proof and disproof hold
+/// for the trilinear interpolant of the stored floats: coefficients count as positive or negative only beyond
+/// a bound of their rounding errors, and at a cell's corners exact arithmetic has the last word.
 CellQuality judgeCells(const VoxelBlock& block);
 
 }  // namespace polestar

@@ -68,6 +68,13 @@ void GreenOptions::validate() const {
   mfs.validate();
 }
 
+double totalCharge(const TriMesh& mesh, std::span<const double> density) {
+  const std::vector<double> area = vertexAreas(mesh);
+  double charge = 0;
+  for (std::size_t i = 0; i < area.size(); ++i) charge += area[i] * density[i];
+  return charge;
+}
+
 void GreenFunction::evaluate(std::span<const Vec3> points, std::span<double> green,
                              std::span<Vec3> gradient) const {
   field().evaluate(points, green, gradient);

@@ -150,6 +150,9 @@ struct SurfaceLayer {
   std::vector<double> density;
 };
 
+/// The integral of a density that is linear on the triangles; for the exact solution -1.
+double totalCharge(const TriMesh& mesh, std::span<const double> density);
+
 /// What h is the potential of.
 using GreenSources = std::variant<SurfaceLayer, PointSources>;
 

@@ -3,6 +3,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -61,16 +62,24 @@ class ArrayList {
                                                : "float64"},
                             {"shape", {values.size_bytes() / (columns * (kIntegers ? 4 : 8)), columns}},
                             {"offset", offset_}});
+    if constexpr (!kIntegers && !kSizes) {
+      const std::span numbers(reinterpret_cast<const double*>(values.data()), values.size_bytes() / 8);
+      notFinite_ += static_cast<std::size_t>(
+          std::count_if(numbers.begin(), numbers.end(), [](double x) { return !std::isfinite(x); }));
+    }
     bytes_.push_back(std::as_bytes(values));
     offset_ = aligned(offset_ + values.size_bytes());
   }
   const json& description() const { return description_; }
   const std::vector<std::span<const std::byte>>& bytes() const { return bytes_; }
+  /// NaN and infinite numbers in all of them.
+  std::size_t notFinite() const { return notFinite_; }
 
  private:
   json description_ = json::array();
   std::vector<std::span<const std::byte>> bytes_;
   std::size_t offset_ = 0;  // from the end of the aligned header
+  std::size_t notFinite_ = 0;
 };
 
 json toJson(const MfsSummary& mfs) {
@@ -413,10 +422,7 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
                  std::move(images));
 }
 
-}  // namespace
-
-std::string writeMapFile(const std::filesystem::path& path, const BallMap& map,
-                         const MapProvenance& provenance) {
+ArrayList arraysOf(const BallMap& map) {
   const GreenChart& chart = map.chart();
   const TriMesh& mesh = chart.green().shape().surface().mesh();
   ArrayList arrays;
@@ -431,7 +437,16 @@ std::string writeMapFile(const std::filesystem::path& path, const BallMap& map,
   arrays.add("omega", chart.directions(), 3);
   arrays.add("moved_nodes", chart.movedNodes(), 1);
   arrays.add("phi", std::span(map.sphere().directions), 3);
+  return arrays;
+}
 
+}  // namespace
+
+std::size_t countNotFinite(const BallMap& map) { return arraysOf(map).notFinite(); }
+
+std::string writeMapFile(const std::filesystem::path& path, const BallMap& map,
+                         const MapProvenance& provenance) {
+  const ArrayList arrays = arraysOf(map);
   json header = describe(map, provenance);
   header["arrays"] = arrays.description();
   const std::string unsigned_ = header.dump();

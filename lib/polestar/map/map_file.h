@@ -28,6 +28,9 @@ struct MapProvenance {
 std::string writeMapFile(const std::filesystem::path& path, const BallMap& map,
                          const MapProvenance& provenance = {});
 
+/// Of the numbers that its file holds: NaN and infinite ones.
+std::size_t countNotFinite(const BallMap& map);
+
 struct MapFile {
   BallMap map;
   MapProvenance provenance;

@@ -13,6 +13,7 @@ namespace polestar {
 namespace {
 
 constexpr double kTraceTolerance = 1e-8;
+constexpr std::size_t kLinesInStep = 16;  // as many as the tracer takes together
 const Vec3 kNowhere = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
 
 }  // namespace
@@ -27,26 +28,82 @@ struct TracedBallMap::Data {
   const GreenChart& chart() const { return table.chart(); }
   const Frame& frame() const { return chart().green().shape().frame(); }
 
-  Vec3 forward(const Vec3& x) const {
-    if (!x.allFinite()) return kNowhere;
-    const double r = x.norm();
-    if (r == 0) return Vec3::Zero();
-    const auto hit = surface.locate(x);
-    if (!hit || r > surface.point(*hit).norm() * (1 + 1e-12)) return kNowhere;
+  std::vector<Vec3> toInner(std::span<const Vec3> solid, std::size_t begin, std::size_t end) const {
+    std::vector<Vec3> inner;
+    for (std::size_t i = begin; i < end; ++i) inner.push_back(frame().toInner(solid[i]));
+    return inner;
+  }
 
-    double green;
-    Vec3 gradient;
-    const GreenFunction& g = chart().green();
-    g.evaluate({&x, 1}, {&green, 1}, {&gradient, 1});
-    const double radius = g.ballRadius(green);
-    // Inward to two small levels; from there the limit by extrapolation.
-    const std::array<double, 2> levels{std::min(0.06, 0.7 * radius), std::min(0.03, 0.35 * radius)};
-    const FieldLineTracer::Line line = tracer.trace({&x, 1}, levels).front();
+  struct Value {
+    Vec3 ball = kNowhere;  // none outside the solid, and where the trace failed
+    double green = 0;
+    bool inside = false;
+  };
+
+  // Of points in the inner frame. Their lines share the evaluations of the field.
+  std::vector<Value> evaluate(std::span<const Vec3> x) const {
+    std::vector<Value> values(x.size());
+    std::vector<Vec3> starts;
+    std::vector<std::size_t> ids;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      if (!isInside(x[i])) continue;
+      values[i].inside = true;
+      if (x[i].isZero(0)) {
+        values[i] = {Vec3::Zero(), std::numeric_limits<double>::infinity(), true};
+        continue;
+      }
+      starts.push_back(x[i]);
+      ids.push_back(i);
+    }
+    std::vector<double> green(starts.size());
+    std::vector<Vec3> gradient(starts.size());
+    chart().green().evaluate(starts, green, gradient);
+    const std::vector<Vec3> ball = trace(starts, green);
+    for (std::size_t k = 0; k < ids.size(); ++k) {
+      values[ids[k]].green = green[k];
+      values[ids[k]].ball = ball[k];
+    }
+    return values;
+  }
+
+  Vec3 forward(const Vec3& x) const { return evaluate({&x, 1}).front().ball; }
+
+  bool isInside(const Vec3& x) const {
+    if (!x.allFinite()) return false;
+    if (x.isZero(0)) return true;
+    const auto hit = surface.locate(x);
+    return hit && x.norm() <= surface.point(*hit).norm() * (1 + 1e-12);
+  }
+
+  // Inward to two small levels, from there the limit by extrapolation. Points that lie outside of both go
+  // there together.
+  std::vector<Vec3> trace(const std::vector<Vec3>& starts, const std::vector<double>& green) const {
+    constexpr std::array<double, 2> kLevels{0.06, 0.03};
+    constexpr double kShare = 0.7;  // of the start's R, that the first level is at most
+    std::vector<Vec3> ball(starts.size(), kNowhere), far;
+    std::vector<std::size_t> farIds;
+    for (std::size_t i = 0; i < starts.size(); ++i) {
+      const double share = kShare * chart().green().ballRadius(green[i]) / kLevels[0];
+      if (share >= 1) {
+        far.push_back(starts[i]);
+        farIds.push_back(i);
+        continue;
+      }
+      const std::array<double, 2> levels{share * kLevels[0], share * kLevels[1]};
+      ball[i] = image(tracer.trace({&starts[i], 1}, levels).front(), levels, green[i]);
+    }
+    const std::vector<FieldLineTracer::Line> lines = tracer.trace(far, kLevels);
+    for (std::size_t k = 0; k < far.size(); ++k) ball[farIds[k]] = image(lines[k], kLevels, green[farIds[k]]);
+    return ball;
+  }
+
+  Vec3 image(const FieldLineTracer::Line& line, const std::array<double, 2>& levels, double green) const {
     if (!line.ok) return kNowhere;
     const Vec3 direction =
         limitDirection(line.nodes[0].position, levels[0], line.nodes[1].position, levels[1]);
     const std::optional<Vec3> phi = boundaryOf(direction);
     if (!phi) return kNowhere;
+    const double radius = chart().green().ballRadius(green);
     return table.radius().value(radius) * isotopy.direction(radius, direction, *phi);
   }
 
@@ -89,9 +146,32 @@ TracedBallMap::TracedBallMap(BallMap table) {
 }
 
 void TracedBallMap::forward(std::span<const Vec3> solid, std::span<Vec3> domain) const {
-  detail::parallelChunks(solid.size(), 8, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) domain[i] = data_->forward(data_->frame().toInner(solid[i]));
+  detail::parallelChunks(solid.size(), kLinesInStep, [&](std::size_t begin, std::size_t end) {
+    const std::vector<Data::Value> values = data_->evaluate(data_->toInner(solid, begin, end));
+    for (std::size_t i = begin; i < end; ++i) domain[i] = values[i - begin].ball;
   });
+}
+
+std::size_t TracedBallMap::sample(std::span<const Vec3> solid, std::span<Vec3> domain,
+                                  std::span<double> green) const {
+  return detail::reduceChunks(
+      solid.size(), kLinesInStep, std::size_t{0},
+      [&](std::size_t begin, std::size_t end) {
+        const std::vector<Data::Value> values = data_->evaluate(data_->toInner(solid, begin, end));
+        std::size_t failed = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+          const Data::Value& value = values[i - begin];
+          if (value.ball.allFinite()) {
+            domain[i] = value.ball;
+            green[i] = std::max(0.0, value.green) / data_->frame().unit;
+          } else {
+            failed += value.inside;
+            data_->table.sample(solid.subspan(i, 1), domain.subspan(i, 1), green.subspan(i, 1));
+          }
+        }
+        return failed;
+      },
+      [](std::size_t a, std::size_t b) { return a + b; });
 }
 
 void TracedBallMap::inverse(std::span<const Vec3> domain, std::span<Vec3> solid) const {

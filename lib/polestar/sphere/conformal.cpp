@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "polestar/core/covering_number.h"
 #include "polestar/core/error.h"
 #include "polestar/sphere/detail/dirichlet.h"
 #include "polestar/sphere/detail/flip_repair.h"
@@ -66,7 +67,7 @@ class ConformalSolver {
         reason = turned.failure;
         repairedVertices_ = turned.freeVertices;
       }
-      if (reason.empty() && sphereDegree(directions_, mesh_.triangles) != 1)
+      if (reason.empty() && coveringNumber(directions_, mesh_.triangles) != 1)
         reason = "it wraps the sphere more than once";
       if (reason.empty() && repairedVertices_ > 0) reason = objectionToDistortion();
       return reason;

@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "polestar/core/covering_number.h"
 #include "polestar/sphere/detail/conformal.h"
 #include "polestar/sphere/detail/flip_repair.h"
 #include "polestar/sphere/detail/laplacian.h"
@@ -14,7 +15,7 @@ SphereMap fieldLineMap(const TriMesh& mesh, std::span<const Vec3> omega, Context
   std::vector<Vec3> directions(omega.begin(), omega.end());
   const FlipsTurned turned = turnFlipsBack(mesh, vertexAreaShares(mesh), directions, {}, context);
   std::string reason = turned.failure;
-  if (reason.empty() && sphereDegree(directions, mesh.triangles) != 1)
+  if (reason.empty() && coveringNumber(directions, mesh.triangles) != 1)
     reason = "field lines wrap the sphere more than once";
   if (reason.empty()) {
     SphereMap map = measuredMap(mesh, SphereMapKind::fieldLine, std::move(directions));

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "polestar/core/detail/parallel.h"
 #include "polestar/core/predicates.h"
@@ -35,23 +34,6 @@ std::vector<std::int32_t> flippedTriangles(std::span<const Vec3> directions,
         all.insert(all.end(), part.begin(), part.end());
         return all;
       });
-}
-
-int sphereDegree(std::span<const Vec3> directions, const std::vector<Triangle>& triangles) {
-  const double solidAngle = reduceChunks(
-      triangles.size(), kChunk, 0.0,
-      [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t t = begin; t < end; ++t) {
-          const Vec3 &a = directions[triangles[t][0]], &b = directions[triangles[t][1]],
-                     &c = directions[triangles[t][2]];
-          // [van Oosterom, Strackee 1983]
-          sum += 2 * std::atan2(a.dot(b.cross(c)), 1 + a.dot(b) + b.dot(c) + c.dot(a));
-        }
-        return sum;
-      },
-      [](double x, double y) { return x + y; });
-  return static_cast<int>(std::lround(solidAngle / (4 * std::numbers::pi)));
 }
 
 double dilatation(const std::array<Vec3, 3>& from, const std::array<Vec3, 3>& to) {

@@ -243,7 +243,7 @@ std::tuple<typename Trees::Ptr...> SolidGrids::Impl::sampleTrees(
      ...);
   };
   // In portions, since progress is for the thread that drives the loop to report.
-  const std::size_t portion = std::max<std::size_t>(first.size() / 100, 64);
+  const std::size_t portion = std::max<std::size_t>(first.size() / 100, 16);
   const std::string stage = "sampling " + name;
   for (std::size_t done = 0; done < first.size(); done += portion) {
     context.progress(stage, static_cast<double>(done) / static_cast<double>(first.size()));

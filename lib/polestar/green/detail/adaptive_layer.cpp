@@ -65,10 +65,7 @@ class LayerRun {
       }
     }
     if (record_.boundaryError.max <= options_.tolerance) record_.summary.stop = "tolerance reached";
-    const std::vector<double> area = vertexAreas(mesh_);
-    double charge = 0;
-    for (std::size_t i = 0; i < area.size(); ++i) charge += area[i] * density_[i];
-    record_.charge = charge;
+    record_.charge = totalCharge(mesh_, density_);
     record_.summary.device = device_ && device_->works() ? device_->name() : "cpu";
     record_.summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return {std::move(mesh_), std::move(surface_), std::move(density_), std::move(record_)};

@@ -1,5 +1,5 @@
 #pragma once
-// How good a map to the sphere is: orientation (exact), degree, angle distortion.
+// How good a map to the sphere is: orientation (exact), angle distortion.
 
 #include <array>
 #include <cstddef>
@@ -14,10 +14,6 @@ namespace polestar::detail {
 /// Indices of the triangles whose images are not positively oriented, ascending; exact.
 std::vector<std::int32_t> flippedTriangles(std::span<const Vec3> directions,
                                            const std::vector<Triangle>& triangles);
-
-/// How often the image covers the sphere, from the signed solid angles. With no flips, degree 1 means one to
-/// one.
-int sphereDegree(std::span<const Vec3> directions, const std::vector<Triangle>& triangles);
 
 /// Quasi-conformal dilatation sigma_1 / sigma_2 >= 1 of the linear map between two triangles; infinite when
 /// either has no area.

@@ -24,7 +24,7 @@ struct ExactVerdict {
   bool star() const { return badFaces.empty() && windings == 1; }
 };
 
-/// @param unit a power of two of the size of the mesh, to scale by without rounding
+/// @param unit a power of two of the size of the mesh, so that no square of a length overflows or underflows
 /// O(n), parallel; about 20 ns a face and thread.
 ExactVerdict judgeCenter(const TriMesh& mesh, const Vec3& center, double unit, const Context& context);
 
