@@ -84,15 +84,22 @@ Json describeChart(const ChartReport& report) {
 
 struct Judged {
   Certificate certificate;
+  std::size_t filteredVoxels;
   double secondsOfSampling, secondsOfJudging;
 };
 
 Judged judge(const BallMap& map, double voxel) {
   Stopwatch watch;
-  const SolidGrids grids = gridsOf(map, {.voxelSize = voxel});
+  SolidGrids grids = gridsOf(map, {.voxelSize = voxel});
+  const FilteredGrids filtered = filterCells(grids);
   const double sampling = watch.lap().wall;
   Certificate certificate = certifyGrids(map, grids);
-  return {std::move(certificate), sampling, watch.lap().wall};
+  return {std::move(certificate), filtered.voxels, sampling, watch.lap().wall};
+}
+
+std::string failureOf(const Certificate& certificate) {
+  const Check* failure = certificate.firstFailure();
+  return failure ? failure->name + ": " + failure->detail : "";
 }
 
 /// Verdicts of the other choices that methods are compared with.
@@ -103,7 +110,7 @@ Json judgeOthers(const Solved& solved, double voxel) {
     const Certificate certificate = judge(make(solved, choice).map, voxel).certificate;
     list.push_back({{"choice", choice.name},
                     {"verdict", toString(certificate.verdict)},
-                    {"failure", certificate.failure()}});
+                    {"failure", failureOf(certificate)}});
   }
   return list;
 }
@@ -111,13 +118,13 @@ Json judgeOthers(const Solved& solved, double voxel) {
 Json measureMap(const Solved& solved, int dim, const PeakMemory& memory) {
   const auto [map, secondsOfSphere] = make(solved, choices().front());
   const double voxel = voxelSizeFor(solved.shape().surface().mesh(), dim);
-  const auto [certificate, sample, certify] = judge(map, voxel);
+  const auto [certificate, filtered, sample, certify] = judge(map, voxel);
   const GreenFunction& green = solved.chart.green();
   const CellQuality& cells = certificate.sampled;
   Json row{
       {"dim", dim},
       {"verdict", toString(certificate.verdict)},
-      {"failure", certificate.failure()},
+      {"failure", failureOf(certificate)},
       {"boundary_error", green.boundaryError().max},
       {"unresolved_area", green.record().unresolvedArea},
       {"charge", green.record().charge.value_or(0)},
@@ -128,7 +135,8 @@ Json measureMap(const Solved& solved, int dim, const PeakMemory& memory) {
        {{"cells", cells.cells},
         {"inverted", cells.inverted},
         {"inverted_deep", cells.invertedDeep},
-        {"collapsed", cells.collapsed}}},
+        {"collapsed", cells.collapsed},
+        {"filtered_voxels", filtered}}},
       {"round_trip", {{"voxels", certificate.roundTrip.max / voxel}, {"lost", certificate.roundTrip.lost}}},
       {"qc_mean", map.sphere().qcMean},
       {"seconds",

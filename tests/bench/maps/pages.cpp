@@ -118,7 +118,7 @@ std::string mapsTable(const std::vector<Json>& maps) {
   for (const char* title :
        {"boundary error", "unresolved %", "charge + 1", "bad in solid", "bad in ball",
         "lines retraced, added, replaced, bent", "nodes moved", "by (ball)", "deep", "inverted", "collapsed",
-        "cells", "round trip (voxels)", "qc", "green, trace (s)", "seconds", "MB"})
+        "voxels filtered", "cells", "round trip (voxels)", "qc", "green, trace (s)", "seconds", "MB"})
     titles.emplace_back(title);
   std::string table = header(titles);
   for (const Json& m : maps) {
@@ -137,6 +137,7 @@ std::string mapsTable(const std::vector<Json>& maps) {
                      cell(m, "/voxel_cells/inverted_deep"),
                      cell(m, "/voxel_cells/inverted"),
                      cell(m, "/voxel_cells/collapsed"),
+                     cell(m, "/voxel_cells/filtered_voxels"),
                      cell(m, "/voxel_cells/cells"),
                      cell(m, "/round_trip/voxels", "%.2f") + " (" + cell(m, "/round_trip/lost") + " lost)",
                      cell(m, "/qc_mean", "%.3f"),
