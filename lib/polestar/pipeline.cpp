@@ -78,8 +78,7 @@ BallMap mapToBall(const StarShape& given, const MapOptions& options, Context& co
                                        "(narrow parts far from the center): coordinates there are noise");
   }
   const GreenChart chart = timed(seconds.trace, [&] { return traceChart(green, options.chart, context); });
-  BoundaryChoice boundary =
-      timed(seconds.sphere, [&] { return chooseBoundary(chart, options, context); });
+  BoundaryChoice boundary = timed(seconds.sphere, [&] { return chooseBoundary(chart, options, context); });
   BallMap map = timed(seconds.trace, [&] {
     return BallMap(chart, std::move(boundary.sphere), options.ball, std::move(boundary.radius));
   });

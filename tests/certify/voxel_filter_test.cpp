@@ -103,9 +103,8 @@ TEST(VoxelFilter, LeavesGoodCellsAlone) {
 }
 
 TEST(VoxelFilter, AFoldStaysAFold) {
-  const Lattice lattice([](const Vec3& x) {
-    return far(std::abs(x[1] - 3) < 6 ? 3 - (x[1] - 3) : x[1], x[2], x[0]);
-  });
+  const Lattice lattice(
+      [](const Vec3& x) { return far(std::abs(x[1] - 3) < 6 ? 3 - (x[1] - 3) : x[1], x[2], x[0]); });
   const FilteredBlock filtered = filterInvertedCells(lattice.block());
   EXPECT_TRUE(filtered.moved.empty());
   EXPECT_EQ(filtered.rest, lattice.rest);

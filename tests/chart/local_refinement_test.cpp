@@ -11,8 +11,8 @@ namespace {
 
 // A coarse mesh of a body with a tall sharp ridge: lines from its sides meet below it.
 TriMesh ridge() {
-  return radialShape(
-      3, [](const Vec3& u) { return 1 + 3 * std::exp(-40 * u[1] * u[1]) * std::max(0.0, u[0]); });
+  return radialShape(3,
+                     [](const Vec3& u) { return 1 + 3 * std::exp(-40 * u[1] * u[1]) * std::max(0.0, u[0]); });
 }
 
 TEST(LocalRefinement, AddsLinesInsteadOfMovingThem) {

@@ -70,8 +70,8 @@ TEST(BallMap, RoundTripsFromTheBall) {
     EXPECT_LT((back[i] - y[i]).norm(), y[i].norm() > 0.98 ? 1e-3 : 1e-7);
 }
 
-// Triangles far wider than the legs are thick, lines that crowd, an exponential fall of G: where the table has
-// its sharpest kinks.
+// Triangles far wider than the legs are thick, lines that crowd, an exponential fall of G: where the table
+// has its sharpest kinks.
 TEST(BallMap, EveryPointOfTheBallComesBackOnSharpRealModels) {
   POLESTAR_REQUIRE_MESHES();
   for (const char* name : {"tripod.off", "golevka.stl"}) {

@@ -32,17 +32,15 @@ class Filter {
     for (std::size_t i = 0; i < rest_.size(); ++i) {
       if (rest_[i] == block_.rest[i]) continue;
       result.moved.push_back(i);
-      result.largestMove = std::max(
-          result.largestMove, (rest_[i].cast<double>() - block_.rest[i].cast<double>()).norm());
+      result.largestMove =
+          std::max(result.largestMove, (rest_[i].cast<double>() - block_.rest[i].cast<double>()).norm());
     }
     result.rest = std::move(rest_);
     return result;
   }
 
  private:
-  std::size_t at(int i, int j, int k) const {
-    return (static_cast<std::size_t>(i) * n_ + j) * n_ + k;
-  }
+  std::size_t at(int i, int j, int k) const { return (static_cast<std::size_t>(i) * n_ + j) * n_ + k; }
   template <class Visit>
   void visit(int from, int to, Visit&& visit) const {
     for (int i = from; i < to; ++i) {

@@ -57,7 +57,8 @@ std::vector<double> chooseLevels(double first, const ChartOptions& options, std:
 
 // Outward derivatives of G at the vertices. A layer's density is one, and jumps there; charges lie off the
 // surface.
-std::vector<double> surfaceSlopes(const GreenFunction& green, const std::vector<detail::VertexFrame>& frames) {
+std::vector<double> surfaceSlopes(const GreenFunction& green,
+                                  const std::vector<detail::VertexFrame>& frames) {
   const std::vector<Vec3>& vertices = green.shape().mesh().vertices;
   std::vector<double> slopes(vertices.size());
   if (const auto* layer = std::get_if<SurfaceLayer>(&green.sources())) {

@@ -33,7 +33,7 @@ struct ChartReport {
   std::size_t deepened = 0;  ///< lines that needed a deeper start than asked
   std::size_t failed = 0;    ///< lines that no start could carry through; replaced by their neighbours' mean
   std::size_t retraced =
-      0;  ///< lines that were followed again from another start: cells around were inverted
+      0;                  ///< lines that were followed again from another start: cells around were inverted
   std::size_t added = 0;  ///< lines from midpoints of edges, where cells stayed inverted between the others
   std::size_t repaired = 0;  ///< lines that were replaced by their neighbours' mean for that reason
   std::size_t rayLines = 0;  ///< lines that were bent towards the rays of their vertices, as the last resort

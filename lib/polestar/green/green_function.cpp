@@ -95,8 +95,8 @@ double GreenFunction::ballRadius(double green) const {
 }
 
 GreenFunction GreenFunction::onRefined(StarShape finer) const {
-  return GreenFunction(std::make_shared<const Data>(
-      Data{std::move(finer), data_->sources, data_->field, data_->record}));
+  return GreenFunction(
+      std::make_shared<const Data>(Data{std::move(finer), data_->sources, data_->field, data_->record}));
 }
 
 GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options, Context& context) {

@@ -53,7 +53,8 @@ StarShape subdivide(const StarShape& shape, double largestAngle, Context& contex
   std::optional<StarShape> finer = aboutSameCenter(shape, std::move(mesh));
   if (!finer) return shape;
   context.log(LogLevel::info, "the map's table has " + std::to_string(after) + " vertices on the surface, " +
-                                  std::to_string(after - before) + " more than the mesh: its triangles are wide");
+                                  std::to_string(after - before) +
+                                  " more than the mesh: its triangles are wide");
   return *finer;
 }
 

@@ -21,8 +21,8 @@ constexpr int kRetraces = 3;
 void fillLines(Foliation& foliation, std::span<const std::int32_t> failed);
 
 struct RetracedLines {
-  std::size_t kept = 0;             ///< lines that were better from another start
-  std::set<std::int32_t> touched;   ///< these, and those that went back to where they were
+  std::size_t kept = 0;            ///< lines that were better from another start
+  std::set<std::int32_t> touched;  ///< these, and those that went back to where they were
 };
 /// Has the line at the worst corner of every triangle with bad cells followed again from other starts; what
 /// does not lower the number of bad cells is undone.

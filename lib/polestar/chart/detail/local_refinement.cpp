@@ -14,7 +14,7 @@ constexpr int kRounds = 8;
 // Above bad cells; more are not a matter of single places, but of the field.
 constexpr double kLargestShare = 0.01;
 constexpr std::size_t kFew = 100;
-constexpr double kWorthwhile = 0.9;      // of the bad area, left by a round
+constexpr double kWorthwhile = 0.9;  // of the bad area, left by a round
 
 struct BadColumns {
   std::vector<char> marked;  // by triangle
@@ -57,8 +57,9 @@ LocalRefinement refineAboveBadCells(GreenChart::Data& data, LineTracing& tracing
     result.vertices += f.vertexCount - before;
     result.failed.insert(result.failed.end(), failed.begin(), failed.end());
     BadColumns now = badColumns(f);
-    context.log(LogLevel::debug, "lines added: " + std::to_string(f.vertexCount - before) + "; triangles above bad cells: " +
-                                     std::to_string(bad.triangles) + ", then " + std::to_string(now.triangles));
+    context.log(LogLevel::debug, "lines added: " + std::to_string(f.vertexCount - before) +
+                                     "; triangles above bad cells: " + std::to_string(bad.triangles) +
+                                     ", then " + std::to_string(now.triangles));
     const bool worthwhile = now.area < kWorthwhile * bad.area;
     bad = std::move(now);
     if (!worthwhile) break;

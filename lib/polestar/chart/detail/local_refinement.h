@@ -11,8 +11,9 @@
 namespace polestar::detail {
 
 struct LocalRefinement {
-  std::size_t vertices = 0;          ///< that were added
-  std::vector<std::int32_t> failed;  ///< those that could not be traced; they have the mean of their neighbours
+  std::size_t vertices = 0;  ///< that were added
+  std::vector<std::int32_t>
+      failed;  ///< those that could not be traced; they have the mean of their neighbours
 };
 
 /// Cuts the triangles above bad cells at their longest edges and follows the lines of the midpoints, round by

@@ -281,7 +281,7 @@ class LayerRun {
   Context& context_;
   TriMesh mesh_;
   std::vector<double> width_;  // of the shape's triangle that each is a piece of
-  double largestRadius_ = 0;  // of the surface; the harmonic radius is smaller
+  double largestRadius_ = 0;   // of the surface; the harmonic radius is smaller
   Mat3 axes_;
   std::vector<double> density_;
   std::shared_ptr<const AlignedSurface> surface_;  // of mesh_
