@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "chart/cone.h"
 #include "polestar/mesh/shapes.h"
 
@@ -84,6 +86,19 @@ TEST(FillLines, FillsLinesThatWereNeverTraced) {
   }
   fillLines(f, failed);
   EXPECT_EQ(countCells(f).bad(), 0u);
+}
+
+TEST(FillLines, OneTracedNeighbourIsEnough) {
+  Foliation f = testing::radialCone(icosphere(2), kLevels);
+  // All lines but one are missing: the front begins at vertices that see that one alone.
+  std::vector<std::int32_t> failed;
+  for (std::size_t v = 1; v < f.vertexCount; ++v) {
+    failed.push_back(static_cast<std::int32_t>(v));
+    for (std::size_t level = 1; level < kLevels.size(); ++level)
+      f.nodes[f.nodeId(level, v)].setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
+  fillLines(f, failed);
+  for (const Vec3& node : f.nodes) EXPECT_TRUE(node.allFinite());
 }
 
 TEST(ReplaceLines, NeverMakesItWorse) {

@@ -1,4 +1,4 @@
-#include "polestar/chart/detail/untangle.h"
+#include "polestar/chart/untangle.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include "polestar/core/threads.h"
 #include "polestar/mesh/shapes.h"
 
-namespace polestar::detail {
+namespace polestar {
 namespace {
 
 const std::vector<double> kLevels{1, 0.95, 0.88, 0.8, 0.65, 0.5, 0.35, 0.2};
@@ -71,4 +71,4 @@ TEST(Untangle, SameBytesForAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace polestar::detail
+}  // namespace polestar

@@ -13,7 +13,7 @@
 #include "polestar/chart/detail/line_tracing.h"
 #include "polestar/chart/detail/local_refinement.h"
 #include "polestar/chart/detail/ray_zone.h"
-#include "polestar/chart/detail/untangle.h"
+#include "polestar/chart/untangle.h"
 #include "polestar/core/detail/parallel.h"
 #include "polestar/core/error.h"
 #include "polestar/core/predicates.h"
@@ -153,7 +153,7 @@ std::set<std::size_t> makePositive(GreenChart::Data& data, detail::LineTracing& 
   for (const int rings : kUntangleRings) {
     if (bad == 0 || bad > kMostUntangled * static_cast<double>(f.cellCount())) break;
     context.progress("untangling cells", 0);
-    const detail::Untangling untangled = detail::untangle(f, rings, context);
+    const Untangling untangled = untangle(f, rings, context);
     moved.insert(untangled.movedNodes.begin(), untangled.movedNodes.end());
     bad = countCells(f).bad();
     context.log(LogLevel::debug, "untangling over " + std::to_string(rings) + " rings moved " +

@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-#include "polestar/chart/detail/untangle.h"
+#include "polestar/chart/untangle.h"
 #include "polestar/core/detail/parallel.h"
 #include "polestar/core/error.h"
 #include "polestar/core/predicates.h"
@@ -84,7 +84,7 @@ bool untangleCore(const Foliation& f, double coreRadius, const RadiusProfile& pr
   core.nodes.assign(images.begin() + skipped, images.end());
   if (countCells(core).bad() < countCells(f, images).bad()) return false;  // some lie above
   for (const int rings : kRings) {
-    for (const std::size_t id : detail::untangle(core, rings, Context::quiet()).movedNodes) {
+    for (const std::size_t id : untangle(core, rings, Context::quiet()).movedNodes) {
       Vec3& image = core.nodes[id];
       image = profile.value(core.levels[id / core.vertexCount]) * image.normalized();
     }

@@ -32,8 +32,10 @@ class Repairer {
       Vec3 mean;
       double spread = 0;
       ringMean(v, level, without, mean, spread);
+      // A single neighbour spreads nowhere.
+      const double scale = surfaceSpread > 0 ? spread / surfaceSpread : 1;
       const double share = level < 3 ? 0.5 : 0.0;
-      foliation_.nodes[f.nodeId(level, v)] = mean + share * spread / surfaceSpread * deviation;
+      foliation_.nodes[f.nodeId(level, v)] = mean + share * scale * deviation;
     }
   }
 

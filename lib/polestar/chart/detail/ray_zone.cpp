@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "polestar/chart/detail/untangle.h"
+#include "polestar/chart/untangle.h"
 
 namespace polestar::detail {
 namespace {

@@ -1,4 +1,4 @@
-#include "polestar/chart/detail/untangle.h"
+#include "polestar/chart/untangle.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/IterativeLinearSolvers>
@@ -14,7 +14,7 @@
 #include "polestar/core/detail/parallel.h"
 #include "polestar/core/predicates.h"
 
-namespace polestar::detail {
+namespace polestar {
 namespace {
 
 using Cell = std::array<std::uint32_t, 4>;
@@ -298,7 +298,7 @@ class Patch {
 
   // At a fixed epsilon; the energy where it ends.
   double descend(double epsilon, int steps) {
-    return descendLbfgs(
+    return detail::descendLbfgs(
         place_, {.steps = steps, .memory = kHistory, .gain = 1e-5},
         [&](const Block& place, Block& gradient) { return energy(place, epsilon, &gradient); },
         [&](const Block& q, const auto&) {
@@ -343,7 +343,7 @@ Untangling untangle(Foliation& foliation, int rings, const Context& context) {
   auto patches = patchesAround(foliation, surroundings, bad, rings);
   // Patches share no cells: their nodes would be neighbours and they one patch.
   std::vector<std::vector<Vec3>> places(patches.size());
-  parallelChunks(patches.size(), 1, [&](std::size_t p, std::size_t) {
+  detail::parallelChunks(patches.size(), 1, [&](std::size_t p, std::size_t) {
     if (patches[p].size() <= kMostNodes)
       places[p] = Patch(foliation, surroundings, patches[p]).solve(context);
   });
@@ -359,4 +359,4 @@ Untangling untangle(Foliation& foliation, int rings, const Context& context) {
   return result;
 }
 
-}  // namespace polestar::detail
+}  // namespace polestar

@@ -10,7 +10,7 @@
 #include "polestar/chart/foliation.h"
 #include "polestar/core/context.h"
 
-namespace polestar::detail {
+namespace polestar {
 
 struct Untangling {
   std::vector<std::size_t> movedNodes;  ///< ids, ascending
@@ -33,4 +33,4 @@ struct Untangling {
 /// @throws Error{Errc::cancelled}
 Untangling untangle(Foliation& foliation, int rings, const Context& context);
 
-}  // namespace polestar::detail
+}  // namespace polestar
