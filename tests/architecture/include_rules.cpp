@@ -14,9 +14,18 @@ namespace fs = std::filesystem;
 /// Stage -> the stages that it may use, and through them what those use. A stage may always use itself.
 const std::map<std::string, std::vector<std::string>>& arrows() {
   static const std::map<std::string, std::vector<std::string>> table = {
-      {"core", {}},         {"mesh", {"core"}},   {"star", {"mesh"}},           {"green", {"star"}},
-      {"chart", {"green"}}, {"sphere", {"star"}}, {"map", {"chart", "sphere"}}, {"certify", {"map"}},
-      {"vdb", {"mesh"}},    {"io", {"vdb"}},      {"render", {"map", "io"}},
+      {"core", {}},
+      {"mesh", {"core"}},
+      {"star", {"mesh"}},
+      {"green", {"star"}},
+      {"chart", {"green"}},
+      {"sphere", {"star"}},
+      {"map", {"chart", "sphere"}},
+      {"certify", {"map"}},
+      {"vdb", {"mesh"}},
+      {"io", {"vdb"}},
+      {"texture", {"map", "vdb", "io"}},
+      {"render", {"texture"}},
   };
   return table;
 }
