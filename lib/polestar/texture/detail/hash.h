@@ -15,6 +15,12 @@ constexpr Unsigned scramble(Unsigned x) {
   return x ^ (x >> 16);
 }
 
+/// Largest integer that is not above x. |x| < 2^31; without the call that std::floor is before SSE 4.1.
+inline std::int32_t floorOf(double x) {
+  const auto truncated = static_cast<std::int32_t>(x);
+  return truncated - (x < truncated);
+}
+
 /// Of a point of the integer lattice.
 inline std::uint32_t latticeHash(std::int32_t i, std::int32_t j, std::int32_t k, std::uint32_t seed) {
   return scramble(static_cast<std::uint32_t>(i) * 0x8da6b343u ^ static_cast<std::uint32_t>(j) * 0xd8163841u ^

@@ -26,13 +26,11 @@ struct Simplex {
 /// The lattice of cubes, sheared along its diagonal, has six equal tetrahedra a cube.
 Simplex simplexAround(const Vec3& q) {
   const double skew = (q[0] + q[1] + q[2]) / 3;
-  const std::array<double, 3> floor = {std::floor(q[0] + skew), std::floor(q[1] + skew),
-                                       std::floor(q[2] + skew)};
-  const double unskew = (floor[0] + floor[1] + floor[2]) / 6;
   Simplex simplex;
+  simplex.base = {floorOf(q[0] + skew), floorOf(q[1] + skew), floorOf(q[2] + skew)};
+  const double unskew = (double(simplex.base[0]) + simplex.base[1] + simplex.base[2]) / 6;
   for (int axis = 0; axis < 3; ++axis) {
-    simplex.base[axis] = static_cast<std::int32_t>(floor[axis]);
-    simplex.offset[axis] = static_cast<float>(q[axis] - floor[axis] + unskew);
+    simplex.offset[axis] = static_cast<float>(q[axis] - simplex.base[axis] + unskew);
   }
   // Steps go along the longest component first.
   const auto& d = simplex.offset;
