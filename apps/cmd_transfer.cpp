@@ -217,7 +217,7 @@ class TransferCommand final : public Command {
     json["voxel_size"] = voxel;
     json["voxels"] = report.voxels;
     json["unanswered"] = report.unanswered;
-    json["leaves"] = {{"count", report.leaves}, {"interpolated", report.interpolatedLeaves}};
+    json["blocks"] = {{"count", report.blocks}, {"interpolated", report.interpolated}};
     json["voxels_per_second"] = static_cast<double>(report.voxels) / seconds;
     json["peak_memory_bytes"] = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
     json["outputs"] = {output.string()};

@@ -72,10 +72,9 @@ struct Errors {
   std::size_t points = 0;
 };
 
-/// Of a color grid against a function of the world, at random points inside.
+/// Of a color grid against a function of the world, NaN outside.
 template <class Truth>
-Errors errorsOf(const SampledGrid& grid, const BallMap& map, Truth&& truth, std::size_t count = 20000) {
-  const std::vector<Vec3> points = testing::pointsInside(map.chart().green().shape(), count);
+Errors errorsAt(const std::vector<Vec3>& points, const SampledGrid& grid, Truth&& truth) {
   std::vector<Vec3f> values(points.size());
   std::vector<float> weights(points.size());
   grid.sample(points, {}, values, weights);
@@ -92,48 +91,51 @@ Errors errorsOf(const SampledGrid& grid, const BallMap& map, Truth&& truth, std:
   return errors;
 }
 
+/// Between voxels.
+template <class Truth>
+Errors errorsOf(const SampledGrid& grid, const BallMap& map, Truth&& truth) {
+  return errorsAt(testing::pointsInside(map.chart().green().shape(), 20000), grid, truth);
+}
+
+/// Of a grid over the solid's box.
+std::vector<Vec3> voxelCenters(const BallMap& map, double voxel) {
+  const Box box = boundingBox(surfaceOf(map));
+  const Vec3 count = box.extent() / voxel;
+  std::vector<Vec3> centers;
+  for (int i = 0; i < count.x(); ++i) {
+    for (int j = 0; j < count.y(); ++j) {
+      for (int k = 0; k < count.z(); ++k)
+        centers.emplace_back(box.min + voxel * (Vec3(i, j, k) + Vec3::Constant(0.5)));
+    }
+  }
+  return centers;
+}
+
 Vec3f wavesThrough(const VolumeMap& map, const Vec3& x) {
   Vec3 ball;
   map.forward({&x, 1}, {&ball, 1});
   return ball.allFinite() ? Waves::at(ball) : Vec3f(Vec3f::Constant(std::nanf("")));
 }
 
-// Voxel centers show the texture where the map says, but for the twentieth of a voxel that interpolation may
+// Voxel centers show the texture where the map says, but for the tenth of a voxel that interpolation may
 // take.
 TEST(TransferTexture, IsTheTextureOfTheMap) {
   const test::ScratchFolder folder;
   const TransferOptions options = optionsFor(starMap(), 48);
   const Transfer transfer = transferTexture(TextureRoute(starMap()), Waves(), options);
-  EXPECT_GT(transfer.report.interpolatedLeaves, 0U);
-  EXPECT_LT(transfer.report.interpolatedLeaves, transfer.report.leaves);
+  EXPECT_GT(transfer.report.interpolated, 0U);
+  EXPECT_LT(transfer.report.interpolated, transfer.report.blocks);
   EXPECT_EQ(transfer.report.unanswered, 0U);
   const SampledGrids file = written(transfer, folder, "waves.vdb");
   const SampledGrid* color = file.find("Cd", true);
   ASSERT_NE(color, nullptr);
 
-  std::size_t seen = 0;
-  double mean = 0, worst = 0;
-  const Box box = boundingBox(surfaceOf(starMap()));
-  const double h = options.grids.voxelSize;
-  for (int i = 0; i < 48; ++i) {
-    for (int j = 0; j < 48; ++j) {
-      for (int k = 0; k < 48; ++k) {
-        const Vec3 center = box.min + h * (Vec3(i, j, k) + Vec3::Constant(0.5));
-        const Vec3f expected = wavesThrough(starMap(), center);
-        if (!expected.allFinite()) continue;
-        Vec3f value;
-        float weight = 0;
-        color->sample({&center, 1}, {}, {&value, 1}, {&weight, 1});
-        ++seen;
-        mean += (value - expected).norm();
-        worst = std::max<double>(worst, (value - expected).norm());
-      }
-    }
-  }
-  ASSERT_GT(seen, 10000U);
+  const Errors errors = errorsAt(voxelCenters(starMap(), options.grids.voxelSize), *color,
+                                 [](const Vec3& x) { return wavesThrough(starMap(), x); });
+  ASSERT_GT(errors.points, 10000U);
   // A voxel is 1/24 of the ball, the steepest slope 0.4 * 5.
-  EXPECT_LT(mean / static_cast<double>(seen), 5e-4);
-  EXPECT_LT(worst, 0.05 * 2 * 2.5 / 24);
+  EXPECT_LT(errors.mean, 5e-4);
+  EXPECT_LT(errors.worst, 0.1 * 2 * 2.5 / 24);
 }
 
 TEST(TransferTexture, WritesFibersAlongTheCarriedGrain) {
@@ -143,7 +145,8 @@ TEST(TransferTexture, WritesFibersAlongTheCarriedGrain) {
   const SampledGrid* fiber = file.find("fiber", true);
   ASSERT_NE(fiber, nullptr);
   EXPECT_EQ(fiber->role(), ValueRole::contravariant);
-  const Errors errors = errorsOf(*fiber, starMap(), [](const Vec3& x) -> Vec3f {
+  const std::vector<Vec3> centers = voxelCenters(starMap(), optionsFor(starMap(), 48).grids.voxelSize);
+  const Errors errors = errorsAt(centers, *fiber, [](const Vec3& x) -> Vec3f {
     Vec3 ball;
     Mat3 jacobian;
     starMap().forward({&x, 1}, {&ball, 1});
@@ -167,16 +170,23 @@ TEST(TransferGrids, AgreeWithTheCompositionOfTheMaps) {
   EXPECT_EQ(transfer.report.unanswered, 0U);
   const SampledGrids result = written(transfer, folder, "result.vdb");
 
-  const Errors ofSource = errorsOf(*source.find("Cd", true), lobesMap(),
-                                   [](const Vec3& x) { return wavesThrough(lobesMap(), x); });
-  const Errors ofResult = errorsOf(*result.find("Cd", true), starMap(), [&](const Vec3& x) -> Vec3f {
-    Vec3 ball;
-    starMap().forward({&x, 1}, {&ball, 1});
-    motion.forward({&ball, 1}, {&ball, 1});
-    return ball.allFinite() ? Waves::at(ball) : Vec3f(Vec3f::Constant(std::nanf("")));
-  });
+  // At the places where the voxels look, by maps and texture alone.
+  const auto route = [&](const Vec3& x) {
+    Vec3 place;
+    starMap().forward({&x, 1}, {&place, 1});
+    motion.forward({&place, 1}, {&place, 1});
+    lobesMap().inverse({&place, 1}, {&place, 1});
+    return place;
+  };
+  const std::vector<Vec3> centers = voxelCenters(starMap(), options.grids.voxelSize);
+  std::vector<Vec3> places;
+  for (const Vec3& center : centers) places.push_back(route(center));
+  const Errors ofSource =
+      errorsAt(places, *source.find("Cd", true), [](const Vec3& y) { return wavesThrough(lobesMap(), y); });
+  const Errors ofResult = errorsAt(centers, *result.find("Cd", true),
+                                   [&](const Vec3& x) { return wavesThrough(lobesMap(), route(x)); });
   EXPECT_GT(ofSource.mean, 1e-4);
-  EXPECT_LT(ofResult.mean, 1.5 * ofSource.mean) << "source " << ofSource.mean;
+  EXPECT_LT(ofResult.mean, 1.1 * ofSource.mean) << "source " << ofSource.mean;
 }
 
 // The texture turns as --rotate says: what is seen along +x in the ball is seen along +y after a quarter turn
@@ -223,7 +233,7 @@ TEST(TransferGrids, CarryVectorsByTheirKind) {
   ASSERT_EQ(transfer.report.grids.size(), 4U);
   const SampledGrids file = written(transfer, folder, "result.vdb");
 
-  std::vector<Vec3> points = testing::pointsInside(starMap().chart().green().shape(), 3000);
+  std::vector<Vec3> points = testing::pointsInside(starMap().chart().green().shape(), 8000);
   std::erase_if(points, [](const Vec3& x) { return x.norm() > 0.5; });
   std::vector<Vec3> places(points.size());
   route.map(points, places);
@@ -235,7 +245,7 @@ TEST(TransferGrids, CarryVectorsByTheirKind) {
   file.find("flow", true)->sample(points, {}, carriedFlow, weights);
   file.find("P", true)->sample(points, {}, position, weights);
   ASSERT_GT(points.size(), 500U);
-  double heatError = 0, pairing = 0, positionError = 0, slopeError = 0;
+  double heatError = 0, pairing = 0, positionError = 0, slopeError = 0, slopeLength = 0;
   constexpr double step = 0.02;
   for (std::size_t i = 0; i < points.size(); ++i) {
     heatError += std::abs(heat[i].x() - scalar(places[i]));
@@ -249,11 +259,13 @@ TEST(TransferGrids, CarryVectorsByTheirKind) {
       differences[k] = (scalar(images[0]) - scalar(images[1])) / (2 * step);
     }
     slopeError += (slope[i].cast<double>() - differences).norm();
+    slopeLength += differences.norm();
   }
   const auto count = static_cast<double>(points.size());
-  EXPECT_LT(heatError / count, 2e-3);
+  // Read between voxels twice, of 0.04 each: h^2 / 8 times a second derivative of about 4.
+  EXPECT_LT(heatError / count, 4e-3);
   EXPECT_LT(positionError / count, 2e-3);
-  EXPECT_LT(slopeError / count, 0.05);
+  EXPECT_LT(slopeError, 0.05 * slopeLength);
   EXPECT_LT(pairing / count, 0.03);
 }
 
