@@ -9,6 +9,7 @@
 #include "commands.h"
 #include "polestar/core/error.h"
 #include "polestar/core/version.h"
+#include "polestar/render/mapped_appearance.h"
 #include "polestar/render/render_solid.h"
 
 namespace polestar::cli {
@@ -100,9 +101,12 @@ class RenderCommand final : public Command {
  private:
   void draw(const fs::path& picture, Session& session) const {
     const BallMap map = loadMap(map_, session);
-    const Rendering rendering = session.timed("render", [&] {
-      return renderSolid(map.chart().green().shape().surface().mesh(), map, options_, session.context());
-    });
+    const TriMesh& surface = map.chart().green().shape().surface().mesh();
+    MappedLook look;
+    look.seamWidth = 0.003 * boundingBox(surface).diagonal();
+    const auto appearance = makeMappedAppearance(map, &map, look);
+    const Rendering rendering = session.timed(
+        "render", [&] { return renderSolid(surface, *appearance, options_, session.context()); });
     session.timed("write", [&] {
       writePicture(picture, rendering.picture, {{"polestar:arguments", session.arguments()}});
       return 0;

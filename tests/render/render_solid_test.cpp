@@ -10,7 +10,8 @@
 #include "polestar/mesh/bodies.h"
 #include "polestar/mesh/shapes.h"
 #include "polestar/render/detail/camera.h"
-#include "render/analytic_maps.h"
+#include "polestar/render/mapped_appearance.h"
+#include "support/formula_map.h"
 
 namespace polestar {
 namespace {

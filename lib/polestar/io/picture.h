@@ -12,10 +12,21 @@
 
 namespace polestar {
 
+/// One more number a pixel, under a name that compositing programs group by: "N.x", "Z".
+struct PictureChannel {
+  enum class Format { half, full, integer };  ///< as stored: 16 or 32 bit floats, unsigned 32 bit integers
+  std::string name;
+  Format format = Format::full;
+  std::vector<float> values;  ///< width * height
+};
+
 /// Scene-linear, premultiplied RGBA with Rec. 709 primaries; rows from the top, pixels from the left.
 struct Picture {
   int width = 0, height = 0;
-  std::vector<float> rgba;  ///< 4 * width * height
+  int x0 = 0, y0 = 0;  ///< where the first pixel lies in the full picture, of which this is a part
+  int fullWidth = 0, fullHeight = 0;  ///< of the full picture; 0: this is all of it
+  std::vector<float> rgba;            ///< 4 * width * height
+  std::vector<PictureChannel> channels;
 
   Picture() = default;
   /// Black and transparent.
