@@ -22,19 +22,6 @@ struct Palette {
   Vec3f unmapped;  ///< where the map gives NaN
 };
 
-/// The soccer panel that a direction lies in, and the seam that is nearest.
-struct SoccerPanel {
-  int index = 0;            ///< 0..11 pentagons, 12..31 hexagons
-  double seamDistance = 0;  ///< sine of the angle to the great circle of the nearest seam, >= 0
-  Vec3 seamNormal =
-      Vec3::Zero();  ///< of that great circle, unit, towards the panel: seamDistance = direction . seamNormal
-  bool pentagon() const { return index < 12; }
-};
-
-/// Exact: the panels are those of the solid's edges, projected from its center. `direction` need not have
-/// unit length.
-SoccerPanel soccerPanel(const Vec3& direction);
-
 /// Where the pattern is asked for: ball coordinates and how they change along two perpendicular unit tangents
 /// of the surface or cut that is seen. Lengths in any one unit.
 struct PatternPoint {
