@@ -102,9 +102,7 @@ class RenderCommand final : public Command {
   void draw(const fs::path& picture, Session& session) const {
     const BallMap map = loadMap(map_, session);
     const TriMesh& surface = map.chart().green().shape().surface().mesh();
-    MappedLook look;
-    look.seamWidth = 0.003 * boundingBox(surface).diagonal();
-    const auto appearance = makeMappedAppearance(map, &map, look);
+    const auto appearance = makeMappedAppearance(map, &map, coordinateLook(options_.height / 480.0));
     const Rendering rendering = session.timed(
         "render", [&] { return renderSolid(surface, *appearance, options_, session.context()); });
     session.timed("write", [&] {

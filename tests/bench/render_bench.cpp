@@ -60,9 +60,7 @@ RenderOptions pictureOptions() {
 
 void picture(benchmark::State& state, Shading shading) {
   const auto map = testing::radialMap(bumpyRadius);
-  MappedLook look;
-  look.seamWidth = 0.006;
-  const auto appearance = makeMappedAppearance(map, nullptr, look);
+  const auto appearance = makeMappedAppearance(map, nullptr, coordinateLook(2.2));
   RenderOptions options = pictureOptions();
   options.shading = shading;
   const SolidRenderer renderer(bumpyBody(), *appearance, options);
@@ -76,7 +74,7 @@ void picture(benchmark::State& state, Shading shading) {
 
 void buildScene(benchmark::State& state) {
   const auto map = testing::radialMap(bumpyRadius);
-  const auto appearance = makeMappedAppearance(map, nullptr, {});
+  const auto appearance = makeMappedAppearance(map, nullptr, coordinateLook(2.2));
   for (auto _ : state) {
     const SolidRenderer renderer(bumpyBody(), *appearance, pictureOptions());
     benchmark::DoNotOptimize(&renderer);

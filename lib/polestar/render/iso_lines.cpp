@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "polestar/render/soccer_pattern.h"
+#include "polestar/texture/soccer_panel.h"
 
 namespace polestar {
 namespace {
@@ -42,13 +42,13 @@ struct Lines {
     double covered = 0, step = 1.0 / kBands, spacing = step / change;
     for (int level = 0; level < 4; ++level, step /= 2, spacing /= 2) {
       const long nearest = std::lround(radius / step);
-      if (nearest == 0 || (level > 0 && (nearest % 2 == 0 || radius < 1.0 / kBands))) continue;
+      // R = 1 is the solid's edge, which is seen anyway; where R stays close to 1 over a whole region, as in
+      // narrow corners, its last digits would draw.
+      if (nearest == 0 || (level == 0 && nearest == kBands) || (level > 0 && (nearest % 2 == 0 || radius < 1.0 / kBands))) continue;
       const double distance = std::abs(radius - static_cast<double>(nearest) * step) / change;
       const double width = std::min((level == 0 ? 1.0 : 0.5) * options.pixels, 0.15 * spacing);
-      // At R = 1 an inexact map may stay flat over a whole region.
-      if (nearest == kBands && level == 0 && spacing > 400 * options.pixels) continue;
       const double shown = level == 0 ? smoothStep(1.5, 4, spacing)
-                                      : 0.8 * smoothStep(6, 12, spacing / options.pixels);
+                                      : 0.8 * smoothStep(11, 18, spacing / options.pixels);
       covered = std::max(covered, shown * lineCoverage(distance, width, share));
     }
     return covered;
@@ -99,7 +99,9 @@ double isoLineCoverage(const IsoLines& lines, const BallFootprint& at, double sh
   double covered = 0;
   if (lines.radius && !at.skin) covered = std::max(covered, drawn.radii());
   if (lines.graticule && at.skin) covered = std::max(covered, drawn.graticule());
-  if (lines.seams) covered = std::max(covered, drawn.seams());
+  if (lines.skinSeams && at.skin) covered = std::max(covered, drawn.seams());
+  // Near the center seams come too close to each other.
+  if (lines.cutSeams && !at.skin && radius > 1.0 / kBands) covered = std::max(covered, drawn.seams());
   return covered;
 }
 

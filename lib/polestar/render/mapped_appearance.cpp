@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "polestar/texture/procedural.h"
+
 namespace polestar {
 namespace {
 
@@ -66,11 +68,7 @@ class MappedAppearance final : public Appearance {
   void look(std::span<const SurfacePatch> patches, std::span<const SurfaceTap> taps, double share,
             std::span<SurfaceLook> looks) const override {
     const std::vector<LinearBall> balls = mapPatches(patches);
-    if (look_.texture) {
-      sampleTexture(patches, taps, balls, share, looks);
-    } else {
-      drawCoordinates(patches, taps, balls, share, looks);
-    }
+    sampleTexture(patches, taps, balls, share, looks);
     if (look_.lines.any()) drawLines(patches, taps, balls, share, looks);
   }
 
@@ -124,29 +122,6 @@ class MappedAppearance final : public Appearance {
           slope(3 * i + 2, std::min(patch.pixelSecond, kLongestStep * patch.pixelFirst), patch.second);
     }
     return balls;
-  }
-
-  void drawCoordinates(std::span<const SurfacePatch> patches, std::span<const SurfaceTap> taps,
-                       std::span<const LinearBall> balls, double share, std::span<SurfaceLook> looks) const {
-    for (std::size_t i = 0; i < taps.size(); ++i) {
-      const SurfacePatch& patch = patches[taps[i].patch];
-      const LinearBall& ball = balls[taps[i].patch];
-      looks[i] = {};
-      if (!ball.ball.allFinite()) continue;
-      PatternPoint at;
-      at.ball = ball.at(taps[i], patch.skin);
-      at.alongFirst = ball.alongFirst;
-      at.alongSecond = ball.alongSecond;
-      at.pixel = share * std::sqrt(patch.pixelFirst * patch.pixelSecond);
-      at.lineWidth = look_.seamWidth;
-      const PatternValue value =
-          patch.skin ? skinPattern(at, look_.palette) : cutPattern(at, look_.palette);
-      looks[i].color = value.albedo;
-      looks[i].gloss = patch.skin ? 1.0f : look_.cutGloss;
-      looks[i].slopeFirst = static_cast<float>(value.slopeFirst);
-      looks[i].slopeSecond = static_cast<float>(value.slopeSecond);
-      looks[i].known = true;
-    }
   }
 
   void sampleTexture(std::span<const SurfacePatch> patches, std::span<const SurfaceTap> taps,
@@ -207,6 +182,16 @@ class MappedAppearance final : public Appearance {
 };
 
 }  // namespace
+
+MappedLook coordinateLook(double linePixels) {
+  MappedLook look;
+  // Lines of the texture would be as wide as the map makes them; iso-lines are of one width. Cuts are to show
+  // the bands, not the skin.
+  look.texture = makeTexture("soccer", {{"line", 0}, {"skin", 0.002}});
+  look.lines.radius = look.lines.cutSeams = true;
+  look.lines.pixels = linePixels;
+  return look;
+}
 
 std::unique_ptr<Appearance> makeMappedAppearance(const VolumeMap& map, const BallMap* green,
                                                  MappedLook look) {
