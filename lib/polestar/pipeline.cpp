@@ -98,9 +98,12 @@ SolidGrids sampledGrids(const BallMap& map, const Sampler& sample, const GridOpt
   SolidGrids grids(shape.surface().mesh(), options, context);
   const double radius = green.harmonicRadius() * shape.frame().unit;
   const double cap = 1 / options.voxelSize;
-  grids.addVectorAndScalar(
-      "rest", VectorRole::invariant, "green",
-      [&](const VoxelBatch& batch, std::span<Vec3f> rest, std::span<float> values) {
+  const std::array<Attribute, 2> attributes{{{.name = "rest", .vector = true}, {.name = "green"}}};
+  grids.add(
+      attributes,
+      [&](const VoxelBatch& batch, AttributeValues& out) {
+        const std::span<Vec3f> rest = out.vectors(0);
+        const std::span<float> values = out.scalars(1);
         std::vector<Vec3> ball(batch.points.size());
         std::vector<double> value(batch.points.size());
         sample(batch.points, ball, value);

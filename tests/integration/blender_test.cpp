@@ -30,7 +30,7 @@ Vec3 restAt(const Vec3& p) { return (p - kCenter).cwiseQuotient(kAxes); }
 void writeEllipsoid(const std::filesystem::path& path, const std::function<Vec3(const Vec3&)>& rest) {
   const TriMesh mesh = ellipsoid(4);
   SolidGrids grids(mesh, {.voxelSize = voxelSizeFor(mesh, 48)});
-  grids.addVector("rest", VectorRole::invariant, [&](const VoxelBatch& batch, std::span<Vec3f> out) {
+  grids.addVector("rest", ValueRole::invariant, [&](const VoxelBatch& batch, std::span<Vec3f> out) {
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = rest(batch.points[i]).cast<float>();
   });
   grids.write(path);

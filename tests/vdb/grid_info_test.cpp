@@ -18,7 +18,7 @@ using ::testing::Pair;
 
 std::string writtenBytes(const test::ScratchFolder& folder) {
   SolidGrids grids(icosphere(3), {.voxelSize = 0.125});
-  grids.addVector("rest", VectorRole::invariant, [](const VoxelBatch& batch, std::span<Vec3f> out) {
+  grids.addVector("rest", ValueRole::invariant, [](const VoxelBatch& batch, std::span<Vec3f> out) {
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = batch.points[i].cast<float>();
   });
   grids.setMetadata("polestar:domain", std::string("ball"));

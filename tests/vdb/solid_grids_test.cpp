@@ -57,7 +57,7 @@ TEST(SolidGrids, SamplesEveryActiveVoxelOnceAndWritesItsFloats) {
   SolidGrids grids(mesh, {.voxelSize = voxelSizeFor(mesh, 30)});
   std::mutex mutex;
   std::map<std::array<double, 3>, int> calls;
-  grids.addVector("rest", VectorRole::invariant, [&](const VoxelBatch& batch, std::span<Vec3f> out) {
+  grids.addVector("rest", ValueRole::invariant, [&](const VoxelBatch& batch, std::span<Vec3f> out) {
     EXPECT_EQ(batch.points.size(), out.size());
     EXPECT_EQ(batch.signedDistance.size(), out.size());
     stampAll(batch, out);
@@ -94,7 +94,7 @@ TEST(SolidGrids, PadsAllVoxelsNearTheSolid) {
     const test::ScratchFolder folder;
     const TriMesh mesh = smoothStar(3);
     SolidGrids grids(mesh, {.voxelSize = voxelSizeFor(mesh, 20), .padding = padding});
-    grids.addVector("rest", VectorRole::invariant, stampAll);
+    grids.addVector("rest", ValueRole::invariant, stampAll);
     grids.write(folder / "a.vdb");
     const auto file = test::readVdb(folder / "a.vdb");
     const FileGrid &surface = file.at("surface"), &rest = file.at("rest");
@@ -125,7 +125,7 @@ TEST(SolidGrids, PadsTheFilterOfEveryPointOfAThinBlade) {
   const TriMesh blade =
       transformed(icosphere(4), [](const Vec3& v) { return Vec3(v.x(), v.y(), 0.01 * v.z() + 0.3 * v.x()); });
   SolidGrids grids(blade, {.voxelSize = voxelSizeFor(blade, 24)});
-  grids.addVector("rest", VectorRole::invariant, stampAll);
+  grids.addVector("rest", ValueRole::invariant, stampAll);
   grids.write(folder / "a.vdb");
   const FileGrid rest = test::readVdb(folder / "a.vdb").at("rest");
   for (const Vec3& vertex : blade.vertices) {
@@ -141,8 +141,8 @@ TEST(SolidGrids, WritesMetadataOnEveryGrid) {
   const test::ScratchFolder folder;
   SolidGrids grids(icosphere(2), {.voxelSize = 0.1});
   grids.setMetadata("polestar:domain", std::string("none yet"));
-  grids.addVector("rest", VectorRole::invariant, stampAll);
-  grids.addVector("fiber", VectorRole::contravariantRelative, stampAll, false);
+  grids.addVector("rest", ValueRole::invariant, stampAll);
+  grids.addVector("fiber", ValueRole::contravariant, stampAll, false);
   grids.addScalar("green", copyDistance);
   grids.setMetadata("polestar:domain", std::string("ball"));
   grids.setMetadata("polestar:harmonic_radius", 1.0 / 3);
@@ -188,7 +188,7 @@ TEST(SolidGrids, SurvivesFarAndTinyModels) {
   const auto grids = [&](double scale, const Vec3& offset, const std::string& name) {
     const TriMesh mesh = transformed(base, [&](const Vec3& v) -> Vec3 { return scale * v + offset; });
     SolidGrids result(mesh, {.voxelSize = scale / 16});
-    result.addVector("rest", VectorRole::invariant, [&](const VoxelBatch& batch, std::span<Vec3f> out) {
+    result.addVector("rest", ValueRole::invariant, [&](const VoxelBatch& batch, std::span<Vec3f> out) {
       for (std::size_t i = 0; i < out.size(); ++i)
         out[i] = ((batch.points[i] - offset) / scale).cast<float>();
     });
@@ -241,7 +241,7 @@ TEST(SolidGrids, BricksShowWhatIsWritten) {
   const test::ScratchFolder folder;
   const TriMesh mesh = smoothStar(3);
   SolidGrids grids(mesh, {.voxelSize = voxelSizeFor(mesh, 30)});
-  grids.addVector("rest", VectorRole::invariant, stampAll);
+  grids.addVector("rest", ValueRole::invariant, stampAll);
   grids.write(folder / "a.vdb");
   const auto file = test::readVdb(folder / "a.vdb");
   const FileGrid &rest = file.at("rest"), &surface = file.at("surface");
@@ -269,7 +269,7 @@ TEST(SolidGrids, BricksShowWhatIsWritten) {
 TEST(SolidGrids, ReplacesWhatACubeLists) {
   const TriMesh mesh = smoothStar(3);
   SolidGrids grids(mesh, {.voxelSize = voxelSizeFor(mesh, 20)});
-  grids.addVector("rest", VectorRole::invariant, stampAll, false);
+  grids.addVector("rest", ValueRole::invariant, stampAll, false);
   SolidGrids::Cube cube = grids.readCube("rest", {-3, 5, 6}, 11);
   ASSERT_EQ(cube.values.size(), 11u * 11 * 11);
   std::vector<std::size_t> held;
@@ -299,11 +299,11 @@ TEST(SolidGrids, ReplacesWhatACubeLists) {
 TEST(SolidGrids, ThrowsWhatTheSamplerThrowsAndAddsNothing) {
   SolidGrids grids(icosphere(2), {.voxelSize = 0.1});
   struct Refusal {};
-  EXPECT_THROW(grids.addVector("rest", VectorRole::invariant,
+  EXPECT_THROW(grids.addVector("rest", ValueRole::invariant,
                                [](const VoxelBatch&, std::span<Vec3f>) { throw Refusal(); }),
                Refusal);
   EXPECT_EQ(errorOf([&] { grids.leafCount("rest"); }).code(), Errc::usage);
-  grids.addVector("rest", VectorRole::invariant, stampAll);
+  grids.addVector("rest", ValueRole::invariant, stampAll);
   EXPECT_GT(grids.leafCount("rest"), 0u);
 
   Context context;
@@ -319,7 +319,7 @@ TEST(SolidGrids, ReportsProgressToTheEnd) {
   std::vector<double> fractions;
   context.onProgress = [&](std::string_view, double fraction) { fractions.push_back(fraction); };
   SolidGrids grids(icosphere(2), {.voxelSize = 0.02});
-  grids.addVector("rest", VectorRole::invariant, stampAll, true, context);
+  grids.addVector("rest", ValueRole::invariant, stampAll, true, context);
   ASSERT_GT(fractions.size(), 10u);
   EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
   EXPECT_EQ(fractions.back(), 1);

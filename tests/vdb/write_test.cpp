@@ -22,7 +22,7 @@ using test::bytesOf;
 SolidGrids someGrids(int dim = 20) {
   const TriMesh mesh = smoothStar(4);
   SolidGrids grids(mesh, {.voxelSize = voxelSizeFor(mesh, dim)});
-  grids.addVector("rest", VectorRole::invariant, [](const VoxelBatch& batch, std::span<Vec3f> out) {
+  grids.addVector("rest", ValueRole::invariant, [](const VoxelBatch& batch, std::span<Vec3f> out) {
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = batch.points[i].cast<float>();
   });
   grids.addScalar("green", [](const VoxelBatch& batch, std::span<float> out) {

@@ -31,7 +31,7 @@ void writeBall(const std::filesystem::path& path, const Ball& ball) {
   SolidGrids grids(
       transformed(icosphere(4), [&](const Vec3& p) { return Vec3(ball.radius * p + ball.offset); }),
       {.voxelSize = h, .padding = ball.padding});
-  grids.addVector("rest", VectorRole::invariant, [&](const VoxelBatch& batch, std::span<Vec3f> out) {
+  grids.addVector("rest", ValueRole::invariant, [&](const VoxelBatch& batch, std::span<Vec3f> out) {
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = fields.rest(toUnit(batch.points[i])).cast<float>();
   });
   grids.addScalar("green", [&](const VoxelBatch& batch, std::span<float> out) {

@@ -12,7 +12,9 @@ namespace polestar {
 namespace {
 
 const std::vector<detail::ProceduralTexture>& catalog() {
-  static const std::vector<detail::ProceduralTexture> all = {detail::soccer()};
+  static const std::vector<detail::ProceduralTexture> all = {
+      detail::agate(),  detail::granite(), detail::kiwi(),      detail::marble(),
+      detail::orange(), detail::soccer(),  detail::treeRings(), detail::watermelon()};
   return all;
 }
 

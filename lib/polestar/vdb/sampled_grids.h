@@ -11,52 +11,76 @@
 
 #include "polestar/core/context.h"
 #include "polestar/mesh/tri_mesh.h"
+#include "polestar/vdb/value_role.h"
 
 namespace polestar {
 
-/// One scalar or vector grid with its pyramid of halved resolutions. Immutable, cheap to copy, safe from many
-/// threads.
+/// One grid of floats or vec3s with its pyramid of halved resolutions, which is made when first needed.
+/// Immutable, cheap to copy, safe from many threads.
 class SampledGrid {
  public:
-  enum class Kind { scalar, vector };
-  Kind kind() const;
+  bool isVector() const;
   const std::string& name() const;
+  ValueRole role() const;
+  bool isLevelSet() const;
+  bool savedAsHalf() const;
+  std::size_t activeVoxels() const;
+  /// Of the voxels with a value: how many are NaN or infinite, and the world place of the first.
+  struct NotFinite {
+    std::size_t count = 0;
+    Vec3 first = Vec3::Zero();
+  };
+  NotFinite notFinite() const;
   double voxelSize() const;  ///< world units; of the finest axis
-  /// World box of the active voxels' centers.
+  /// World box of the centers of the active voxels.
   Box activeBox() const;
 
-  /// Values at world points, averaged over footprints (edges as columns, world units; empty span: trilinear
-  /// at points), in premultiplied terms: a voxel counts where it is active, by its share of the filter.
-  /// `weight` is that share, 0 to 1; where it is 0 the value is 0. Scalars come as (s, s, s).
+  /// Averages over footprints around world points (edges as columns, world units). A voxel counts where it is
+  /// active: `weight` is the share of the filter that met active voxels, 0 to 1, and the value the average
+  /// over that share, so that what lies outside the body bleeds no background into its edge. Where the weight
+  /// is 0 the value is 0. Scalars come as (s, s, s).
+  ///
+  /// A footprint below a voxel is read trilinearly; larger ones by up to 16 taps along their long axes, each
+  /// from the levels of the pyramid that match its shortest one. About 0.2 us a tap.
+  /// `footprints`: as many as points, or none: trilinear everywhere.
   void sample(std::span<const Vec3> world, std::span<const Mat3> footprints, std::span<Vec3f> values,
-              std::span<float> weight) const;
+              std::span<float> weights) const;
 
  private:
   friend class SampledGrids;
   struct Data;
+  template <class Tree>
+  struct DataOf;
+  explicit SampledGrid(std::shared_ptr<const Data> data) : data_(std::move(data)) {}
   std::shared_ptr<const Data> data_;
 };
 
-/// A file's grids of float and vec3s (doubles are read as floats, halves as what they are).
+/// A grid that a file holds and that cannot be looked up here.
+struct LeftOutGrid {
+  std::string name, type;
+};
+
+/// A file's grids of floats and of vectors of floats.
 class SampledGrids {
  public:
   /// @throws Error{Errc::io} for a file that is missing, truncated or no .vdb.
-  explicit SampledGrids(const std::filesystem::path& path, Context& context = Context::quiet());
+  explicit SampledGrids(const std::filesystem::path& path);
 
   const std::vector<SampledGrid>& grids() const { return grids_; }
-  /// The grid of that name, if there is one of this kind.
-  std::optional<SampledGrid> find(const std::string& name, SampledGrid::Kind kind) const;
-  /// Metadata of the grid `surface`, or of the first grid without it; empty when there is no such key.
+  const std::vector<LeftOutGrid>& leftOut() const { return leftOut_; }
+  /// The first grid of that name, scalar or vector as asked.
+  const SampledGrid* find(const std::string& name, bool vector) const;
+  /// Metadata of the grid `surface`, or of the first grid where there is none; empty without such a key.
   std::string metadata(const std::string& key) const;
-  /// The surface of the level set `surface` (or of the fog `density` at 1/2), outward oriented, closed, in
-  /// world units; nothing where the file has neither. Triangles of about a voxel, `adaptivity` 0 to 1 merges
-  /// where it is flat.
-  std::optional<TriMesh> extractSurface(double adaptivity = 0) const;
+  /// Where the solid's skin is: the level set `surface` at 0 or the fog `density` at 1/2, outward oriented,
+  /// in world units, triangles of about a voxel; nothing where the file has neither.
+  std::optional<TriMesh> extractSurface() const;
 
  private:
   struct File;
   std::shared_ptr<const File> file_;
   std::vector<SampledGrid> grids_;
+  std::vector<LeftOutGrid> leftOut_;
 };
 
 }  // namespace polestar

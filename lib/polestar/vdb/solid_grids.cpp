@@ -6,8 +6,7 @@
 #include <cmath>
 #include <map>
 #include <sstream>
-#include <tuple>
-#include <type_traits>
+#include <variant>
 
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Prune.h>
@@ -70,19 +69,6 @@ void checkSize(const TriMesh& surface, const GridOptions& options) {
           << estimateBytes(volume, area, extent, options, options.voxelSize) / 1e9 << " GB of the "
           << limit / 1e9 << " GB allowed: " << static_cast<int>(low) << " would fit";
   throw Error(Errc::usage, message.str());
-}
-
-// What a sampler fills for a voxel of a tree.
-template <class Tree>
-using ValueOf = std::conditional_t<std::is_same_v<Tree, openvdb::Vec3STree>, Vec3f, float>;
-
-template <class Value>
-Value zeroOf() {
-  if constexpr (std::is_same_v<Value, Vec3f>) {
-    return Vec3f::Zero();
-  } else {
-    return 0;
-  }
 }
 
 openvdb::Vec3s toOpenVdbValue(const Vec3f& value) { return openvdb::Vec3s(value.data()); }
@@ -163,6 +149,19 @@ double voxelSizeFor(const TriMesh& mesh, int dim) {
   return longest / dim;
 }
 
+namespace {
+
+/// The voxels of one leaf, as a sampler gets them.
+struct LeafPoints {
+  std::array<Vec3, kLeafVoxels> points;
+  std::array<float, kLeafVoxels> distances;
+  std::array<std::uint16_t, kLeafVoxels> places;
+  std::size_t count = 0;
+  VoxelBatch batch;
+};
+
+}  // namespace
+
 struct SolidGrids::Impl {
   GridOptions options;
   Vec3 origin;  // of voxel (0, 0, 0)'s center
@@ -174,6 +173,7 @@ struct SolidGrids::Impl {
   std::map<std::string, Metadata> metadata;
 
   Vec3 toWorld(const Vec3& index) const { return origin + options.voxelSize * index; }
+  void gather(const openvdb::MaskTree::LeafNodeType& voxels, LeafPoints& leaf) const;
 
   void checkNewName(const std::string& name) const {
     if (name.empty() || name.find_first_of(" \t\n") != std::string::npos) {
@@ -192,66 +192,23 @@ struct SolidGrids::Impl {
     }
     throw Error(Errc::usage, "there is no vector grid '" + name + "'");
   }
-
-  /// Fills trees of the same voxels, a value of each a point.
-  template <class... Trees>
-  std::tuple<typename Trees::Ptr...> sampleTrees(
-      const std::string& name, bool isPadded,
-      const std::function<void(const VoxelBatch&, std::span<ValueOf<Trees>>...)>& sample,
-      Context& context) const;
 };
 
-template <class... Trees>
-std::tuple<typename Trees::Ptr...> SolidGrids::Impl::sampleTrees(
-    const std::string& name, bool isPadded,
-    const std::function<void(const VoxelBatch&, std::span<ValueOf<Trees>>...)>& sample,
-    Context& context) const {
-  const std::tuple<typename Trees::Ptr...> trees{
-      std::make_shared<Trees>(isPadded ? *padded : *inside, openvdb::zeroVal<typename Trees::ValueType>(),
-                              openvdb::TopologyCopy())...};
-  // The same voxels make the same leaves in the same order.
-  std::tuple<std::vector<typename Trees::LeafNodeType*>...> leaves;
-  (std::get<typename Trees::Ptr>(trees)->getNodes(
-       std::get<std::vector<typename Trees::LeafNodeType*>>(leaves)),
-   ...);
-  const auto& first = std::get<0>(leaves);
-
-  const auto fill = [&](std::size_t l) {
-    std::array<Vec3, kLeafVoxels> points;
-    std::array<float, kLeafVoxels> distances;
-    std::tuple<std::array<ValueOf<Trees>, kLeafVoxels>...> values;
-    std::size_t count = 0;
-    const auto& leaf = *first[l];
-    const auto* band = surface->constTree().probeConstLeaf(leaf.origin());
-    const float tile = band ? 0 : surface->constTree().getValue(leaf.origin());
-    for (auto voxel = leaf.cbeginValueOn(); voxel; ++voxel, ++count) {
-      const openvdb::Coord at = voxel.getCoord();
-      points[count] = toWorld(Vec3(at.x(), at.y(), at.z()));
-      distances[count] = band ? band->getValue(voxel.pos()) : tile;
-    }
-    (std::fill_n(std::get<std::array<ValueOf<Trees>, kLeafVoxels>>(values).begin(), count,
-                 zeroOf<ValueOf<Trees>>()),
-     ...);
-    sample({{points.data(), count}, {distances.data(), count}},
-           std::span(std::get<std::array<ValueOf<Trees>, kLeafVoxels>>(values).data(), count)...);
-    const auto store = [&](auto& target, const auto& from) {
-      std::size_t i = 0;
-      for (auto voxel = target.beginValueOn(); voxel; ++voxel, ++i) voxel.setValue(toOpenVdbValue(from[i]));
-    };
-    (store(*std::get<std::vector<typename Trees::LeafNodeType*>>(leaves)[l],
-           std::get<std::array<ValueOf<Trees>, kLeafVoxels>>(values)),
-     ...);
-  };
-  // In portions, since progress is for the thread that drives the loop to report.
-  const std::size_t portion = std::max<std::size_t>(first.size() / 100, 16);
-  const std::string stage = "sampling " + name;
-  for (std::size_t done = 0; done < first.size(); done += portion) {
-    context.progress(stage, static_cast<double>(done) / static_cast<double>(first.size()));
-    const std::size_t end = std::min(first.size(), done + portion);
-    detail::parallelChunks(end - done, 1, context, [&](std::size_t l, std::size_t) { fill(done + l); });
+void SolidGrids::Impl::gather(const openvdb::MaskTree::LeafNodeType& voxels, LeafPoints& leaf) const {
+  const auto* band = surface->constTree().probeConstLeaf(voxels.origin());
+  const float tile = band ? 0 : surface->constTree().getValue(voxels.origin());
+  for (auto voxel = voxels.cbeginValueOn(); voxel; ++voxel, ++leaf.count) {
+    const openvdb::Coord at = voxel.getCoord();
+    leaf.points[leaf.count] = toWorld(Vec3(at.x(), at.y(), at.z()));
+    leaf.distances[leaf.count] = band ? band->getValue(voxel.pos()) : tile;
+    leaf.places[leaf.count] = static_cast<std::uint16_t>(voxel.pos());
   }
-  context.progress(stage, 1);
-  return trees;
+  const openvdb::Coord first = voxels.origin();
+  leaf.batch.corner = toWorld(Vec3(first.x(), first.y(), first.z()));
+  leaf.batch.voxelSize = options.voxelSize;
+  leaf.batch.places = {leaf.places.data(), leaf.count};
+  leaf.batch.points = {leaf.points.data(), leaf.count};
+  leaf.batch.signedDistance = {leaf.distances.data(), leaf.count};
 }
 
 SolidGrids::SolidGrids(const TriMesh& mesh, const GridOptions& options, Context& context)
@@ -299,44 +256,157 @@ Vec3 SolidGrids::indexToWorld(const Vec3& index) const { return impl_->toWorld(i
 
 namespace {
 
-openvdb::GridBase::Ptr vectorGrid(const std::string& name, VectorRole role,
-                                  const openvdb::Vec3STree::Ptr& tree,
-                                  const openvdb::math::Transform::Ptr& transform) {
-  const auto grid = makeGrid<openvdb::Vec3STree>(name, tree, transform, openvdb::GRID_UNKNOWN);
-  grid->setVectorType(role == VectorRole::invariant ? openvdb::VEC_INVARIANT
-                                                    : openvdb::VEC_CONTRAVARIANT_RELATIVE);
-  return grid;
+void setVectorType(openvdb::GridBase& grid, ValueRole role) {
+  switch (role) {
+    case ValueRole::invariant:
+      return grid.setVectorType(openvdb::VEC_INVARIANT);
+    case ValueRole::contravariant:
+      return grid.setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
+    case ValueRole::covariant:
+      return grid.setVectorType(openvdb::VEC_COVARIANT);
+    case ValueRole::covariantNormalized:
+      return grid.setVectorType(openvdb::VEC_COVARIANT_NORMALIZE);
+    case ValueRole::position:
+      return grid.setVectorType(openvdb::VEC_CONTRAVARIANT_ABSOLUTE);
+  }
 }
+
+/// A tree that is being filled, leaf by leaf.
+template <class Tree>
+struct Filling {
+  typename Tree::Ptr tree;
+  std::vector<typename Tree::LeafNodeType*> leaves;
+
+  explicit Filling(const openvdb::MaskTree& voxels)
+      : tree(std::make_shared<Tree>(voxels, openvdb::zeroVal<typename Tree::ValueType>(),
+                                    openvdb::TopologyCopy())) {
+    // The same voxels make the same leaves in the same order.
+    tree->getNodes(leaves);
+  }
+
+  template <class Value>
+  void store(std::size_t leaf, std::span<const std::uint16_t> places, std::span<const Value> values,
+             std::span<const std::uint8_t> active) {
+    auto& target = *leaves[leaf];
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (active[i]) {
+        target.setValueOnly(places[i], toOpenVdbValue(values[i]));
+      } else {
+        target.setValueOff(places[i]);
+      }
+    }
+  }
+
+  openvdb::GridBase::Ptr finish(const Attribute& attribute,
+                                const openvdb::math::Transform::Ptr& transform) const {
+    openvdb::tools::pruneInactive(*tree);
+    const auto grid = makeGrid<Tree>(attribute.name, tree, transform, openvdb::GRID_UNKNOWN);
+    if (attribute.vector) setVectorType(*grid, attribute.role);
+    grid->setSaveFloatAsHalf(attribute.half);
+    return grid;
+  }
+};
+
+using VectorFilling = Filling<openvdb::Vec3STree>;
+using ScalarFilling = Filling<openvdb::FloatTree>;
+
+/// Room for one leaf's values of all attributes.
+class LeafValues final : public AttributeValues {
+ public:
+  LeafValues(std::span<const Attribute> attributes, std::size_t points) : points_(points) {
+    for (const Attribute& attribute : attributes) {
+      first_.push_back((attribute.vector ? vectors_.size() : scalars_.size()));
+      if (attribute.vector) {
+        vectors_.resize(vectors_.size() + points, Vec3f::Zero());
+      } else {
+        scalars_.resize(scalars_.size() + points, 0);
+      }
+    }
+    active_.resize(attributes.size() * points, 1);
+  }
+
+  std::span<float> scalars(std::size_t a) override { return std::span(scalars_).subspan(first_[a], points_); }
+  std::span<Vec3f> vectors(std::size_t a) override { return std::span(vectors_).subspan(first_[a], points_); }
+  std::span<std::uint8_t> active(std::size_t a) override {
+    return std::span(active_).subspan(a * points_, points_);
+  }
+
+ private:
+  std::size_t points_;
+  std::vector<std::size_t> first_;
+  std::vector<float> scalars_;
+  std::vector<Vec3f> vectors_;
+  std::vector<std::uint8_t> active_;
+};
 
 }  // namespace
 
-void SolidGrids::addVector(const std::string& name, VectorRole role,
+void SolidGrids::add(std::span<const Attribute> attributes,
+                     const std::function<void(const VoxelBatch&, AttributeValues&)>& sample, bool padded,
+                     Context& context) {
+  std::string stage = "sampling";
+  for (std::size_t a = 0; a < attributes.size(); ++a) {
+    impl_->checkNewName(attributes[a].name);
+    stage += (a == 0 ? " " : a + 1 < attributes.size() ? ", " : " and ") + attributes[a].name;
+  }
+  const openvdb::MaskTree& voxels = padded ? *impl_->padded : *impl_->inside;
+  std::vector<std::variant<ScalarFilling, VectorFilling>> fillings;
+  for (const Attribute& attribute : attributes) {
+    if (attribute.vector) {
+      fillings.emplace_back(std::in_place_type<VectorFilling>, voxels);
+    } else {
+      fillings.emplace_back(std::in_place_type<ScalarFilling>, voxels);
+    }
+  }
+  std::vector<const openvdb::MaskTree::LeafNodeType*> leaves;
+  voxels.getNodes(leaves);
+
+  const auto fill = [&](std::size_t l) {
+    LeafPoints leaf;
+    impl_->gather(*leaves[l], leaf);
+    LeafValues values(attributes, leaf.count);
+    sample(leaf.batch, values);
+    for (std::size_t a = 0; a < attributes.size(); ++a) {
+      if (auto* vectors = std::get_if<VectorFilling>(&fillings[a])) {
+        vectors->store<Vec3f>(l, leaf.batch.places, values.vectors(a), values.active(a));
+      } else {
+        std::get<ScalarFilling>(fillings[a])
+            .store<float>(l, leaf.batch.places, values.scalars(a), values.active(a));
+      }
+    }
+  };
+  // In portions, since progress is for the thread that drives the loop to report.
+  const std::size_t portion = std::max<std::size_t>(leaves.size() / 100, 16);
+  for (std::size_t done = 0; done < leaves.size(); done += portion) {
+    context.progress(stage, static_cast<double>(done) / static_cast<double>(leaves.size()));
+    const std::size_t end = std::min(leaves.size(), done + portion);
+    detail::parallelChunks(end - done, 1, context, [&](std::size_t l, std::size_t) { fill(done + l); });
+  }
+  context.progress(stage, 1);
+  for (std::size_t a = 0; a < attributes.size(); ++a) {
+    impl_->grids.push_back(std::visit(
+        [&](const auto& filling) { return filling.finish(attributes[a], impl_->transform); }, fillings[a]));
+  }
+}
+
+void SolidGrids::addVector(const std::string& name, ValueRole role,
                            const std::function<void(const VoxelBatch&, std::span<Vec3f>)>& sample,
                            bool padded, Context& context) {
-  impl_->checkNewName(name);
-  const auto [tree] = impl_->sampleTrees<openvdb::Vec3STree>(name, padded, sample, context);
-  impl_->grids.push_back(vectorGrid(name, role, tree, impl_->transform));
+  const Attribute attribute{.name = name, .vector = true, .role = role};
+  add(
+      {&attribute, 1},
+      [&](const VoxelBatch& batch, AttributeValues& values) { sample(batch, values.vectors(0)); }, padded,
+      context);
 }
 
 void SolidGrids::addScalar(const std::string& name,
                            const std::function<void(const VoxelBatch&, std::span<float>)>& sample,
                            bool padded, Context& context) {
-  impl_->checkNewName(name);
-  const auto [tree] = impl_->sampleTrees<openvdb::FloatTree>(name, padded, sample, context);
-  impl_->grids.push_back(makeGrid<openvdb::FloatTree>(name, tree, impl_->transform, openvdb::GRID_UNKNOWN));
-}
-
-void SolidGrids::addVectorAndScalar(
-    const std::string& vectorName, VectorRole role, const std::string& scalarName,
-    const std::function<void(const VoxelBatch&, std::span<Vec3f>, std::span<float>)>& sample, bool padded,
-    Context& context) {
-  impl_->checkNewName(vectorName);
-  impl_->checkNewName(scalarName);
-  const auto [vectors, scalars] = impl_->sampleTrees<openvdb::Vec3STree, openvdb::FloatTree>(
-      vectorName + " and " + scalarName, padded, sample, context);
-  impl_->grids.push_back(vectorGrid(vectorName, role, vectors, impl_->transform));
-  impl_->grids.push_back(
-      makeGrid<openvdb::FloatTree>(scalarName, scalars, impl_->transform, openvdb::GRID_UNKNOWN));
+  const Attribute attribute{.name = name};
+  add(
+      {&attribute, 1},
+      [&](const VoxelBatch& batch, AttributeValues& values) { sample(batch, values.scalars(0)); }, padded,
+      context);
 }
 
 void SolidGrids::setMetadata(const std::string& key, const Metadata& value) { impl_->metadata[key] = value; }

@@ -15,6 +15,7 @@
 
 #include "polestar/core/context.h"
 #include "polestar/mesh/tri_mesh.h"
+#include "polestar/vdb/value_role.h"
 
 namespace polestar {
 
@@ -37,12 +38,33 @@ double voxelSizeFor(const TriMesh& mesh, int dim);
 
 /// Voxel centers of one leaf, handed to a sampler. Called from many threads.
 struct VoxelBatch {
+  static constexpr int kLeafSize = 8;     ///< voxels along a leaf
+  Vec3 corner;                            ///< center of the leaf's first voxel, mesh units
+  double voxelSize = 0;                   ///< mesh units
+  std::span<const std::uint16_t> places;  ///< of the points in the leaf: 64 x + 8 y + z, ascending
   std::span<const Vec3> points;           ///< mesh units
   std::span<const float> signedDistance;  ///< mesh units, negative inside, clamped to the half-width
 };
 
-/// How a vector grid transforms, in OpenVDB's terms.
-enum class VectorRole { invariant, contravariantRelative };
+/// A grid to be filled.
+struct Attribute {
+  std::string name;
+  bool vector = false;
+  ValueRole role = ValueRole::invariant;
+  bool half = false;  ///< saved as half floats: colors, never coordinates
+};
+
+/// Where a sampler puts what it knows of one leaf: for each attribute one value a point, 0 at first.
+class AttributeValues {
+ public:
+  virtual std::span<float> scalars(std::size_t attribute) = 0;
+  virtual std::span<Vec3f> vectors(std::size_t attribute) = 0;
+  /// Whether the voxel holds a value; 1 at first. Voxels without one are inactive and hold 0.
+  virtual std::span<std::uint8_t> active(std::size_t attribute) = 0;
+
+ protected:
+  ~AttributeValues() = default;
+};
 
 using Metadata = std::variant<std::string, double, std::int64_t, Vec3>;
 
@@ -71,22 +93,20 @@ class SolidGrids {
   std::size_t insideVoxels() const;  ///< voxels with surface < 0
   std::size_t activeVoxels() const;  ///< the former and the padding
 
-  /// Adds a grid on the inside and padding voxels (`padded`) or the inside alone, full floats, background 0.
-  /// The sampler fills one value a point; it runs in parallel over leaves, once for each voxel of the grid.
+  /// Adds grids on the inside and padding voxels (`padded`) or the inside alone, background 0. The sampler
+  /// fills all of a leaf's values at once; it runs in parallel over leaves, once for each voxel.
   /// @throws Error{Errc::usage} for a name that is in use, empty or has spaces; Error{Errc::cancelled}; what
   /// the sampler throws. No grid is added then.
-  void addVector(const std::string& name, VectorRole role,
+  void add(std::span<const Attribute> attributes,
+           const std::function<void(const VoxelBatch&, AttributeValues&)>& sample, bool padded = true,
+           Context& context = Context::quiet());
+  /// One grid of vectors, or one of scalars.
+  void addVector(const std::string& name, ValueRole role,
                  const std::function<void(const VoxelBatch&, std::span<Vec3f>)>& sample, bool padded = true,
                  Context& context = Context::quiet());
   void addScalar(const std::string& name,
                  const std::function<void(const VoxelBatch&, std::span<float>)>& sample, bool padded = false,
                  Context& context = Context::quiet());
-
-  /// Both at once, on the same voxels, for values that come of one computation.
-  void addVectorAndScalar(
-      const std::string& vectorName, VectorRole role, const std::string& scalarName,
-      const std::function<void(const VoxelBatch&, std::span<Vec3f>, std::span<float>)>& sample,
-      bool padded = true, Context& context = Context::quiet());
 
   /// Written on every grid (file-level metadata gets lost in other tools), under the key as given. A later
   /// value replaces an earlier one.

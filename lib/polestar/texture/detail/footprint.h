@@ -22,6 +22,17 @@ class Footprint {
   /// The same footprint in another domain, in that domain's units.
   Footprint in(const VaryingPoint& domain) const { return Footprint(domain.jacobian() * edges_); }
 
+  /// In a domain that is the same but for a factor.
+  Footprint scaled(double factor) const {
+    Footprint result = *this;
+    const double squared = factor * factor;
+    result.edges_ *= factor;
+    result.trace_ *= squared;
+    result.minors_ *= squared * squared;
+    result.determinant_ *= squared * squared * squared;
+    return result;
+  }
+
   /// The box that varies as `q` does over the footprint (same variance) has this width.
   double width(const Varying& q) const {
     return std::sqrt((edges_.transpose() * q.gradient).squaredNorm() + 12 * q.variance);
@@ -64,6 +75,13 @@ inline double shareAbove(const Varying& x, double softness, const Footprint& foo
 /// grows.
 inline double shareWithin(const Varying& x, double half, double softness, const Footprint& footprint) {
   return shareAbove(x + half, softness, footprint) - shareAbove(x - half, softness, footprint);
+}
+
+/// Mean of the cosine over the range that `phase` takes.
+inline double meanCosine(const Varying& phase, const Footprint& footprint) {
+  const double half = footprint.width(phase) / 2;
+  if (half >= 3.14159265) return 0;  // a whole turn and more
+  return std::cos(phase.value) * (half < 1e-4 ? 1 : std::sin(half) / half);
 }
 
 inline Vec3f mix(const Vec3f& a, const Vec3f& b, double share) {

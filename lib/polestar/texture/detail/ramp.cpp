@@ -1,6 +1,17 @@
 #include "polestar/texture/detail/ramp.h"
 
+#include "polestar/io/picture.h"
+
 namespace polestar::detail {
+namespace {
+
+std::vector<Ramp::Stop> linearStops(std::initializer_list<std::pair<double, std::uint32_t>> stops) {
+  std::vector<Ramp::Stop> result;
+  for (const auto& [at, rgb] : stops) result.push_back({at, linearFromSrgb(rgb)});
+  return result;
+}
+
+}  // namespace
 
 Ramp::Ramp(std::vector<Stop> stops) : stops_(std::move(stops)), integral_{Vec3::Zero()} {
   for (std::size_t i = 1; i < stops_.size(); ++i) {
@@ -8,6 +19,8 @@ Ramp::Ramp(std::vector<Stop> stops) : stops_(std::move(stops)), integral_{Vec3::
     integral_.push_back(integral_.back() + (stops_[i].at - stops_[i - 1].at) * mean.cast<double>());
   }
 }
+
+Ramp::Ramp(std::initializer_list<std::pair<double, std::uint32_t>> stops) : Ramp(linearStops(stops)) {}
 
 /// The last stop at or before x; 0 when there is none.
 std::size_t Ramp::segmentOf(double x) const {

@@ -1,6 +1,9 @@
 #pragma once
 // Colors along a line, and their mean over an interval of it.
 
+#include <cstdint>
+#include <initializer_list>
+#include <utility>
 #include <vector>
 
 #include "polestar/core/types.h"
@@ -17,6 +20,8 @@ class Ramp {
   };
   /// In ascending order, at least one.
   explicit Ramp(std::vector<Stop> stops);
+  /// Colors as people write them: 0xrrggbb, sRGB.
+  Ramp(std::initializer_list<std::pair<double, std::uint32_t>> stops);
 
   /// Mean over the interval of `width` around `middle`: exact.
   Vec3f mean(double middle, double width) const;

@@ -1,0 +1,126 @@
+// Agate: bands of chalcedony that follow the wall of a cavity inwards, quartz crystals in its middle, a rough
+// crust outside.
+
+#include "polestar/io/picture.h"
+#include "polestar/texture/detail/cells.h"
+#include "polestar/texture/detail/noise.h"
+#include "polestar/texture/detail/point_texture.h"
+#include "polestar/texture/detail/procedural_texture.h"
+#include "polestar/texture/detail/ramp.h"
+
+namespace polestar::detail {
+namespace {
+
+class Agate final : public PointTexture {
+ public:
+  explicit Agate(const Parameters& p)
+      : bands_(p["bands"]),
+        warp_(p["warp"]),
+        crystal_(p["crystal"]),
+        amethyst_(p["amethyst"]),
+        crust_(p["crust"]),
+        warm_(p["warm"]),
+        seed_(p.seed()),
+        cool_({{-2.4, 0x3a4b5c},
+               {-1.4, 0x5f7d93},
+               {-0.7, 0x8fa9b8},
+               {-0.2, 0xd8dfe0},
+               {0.1, 0xf3f0ea},
+               {0.5, 0xb9c4c8},
+               {1.1, 0x7891a1},
+               {2.2, 0xe3e0d8}}),
+        ember_({{-2.4, 0x5a2413},
+                {-1.4, 0x8e3d1c},
+                {-0.7, 0xb8632f},
+                {-0.2, 0xe6c9a0},
+                {0.1, 0xf5ead6},
+                {0.5, 0xd69a56},
+                {1.1, 0xa6502a},
+                {2.2, 0xe9d3b0}}),
+        quartz_({{0, 0xb7b6b8}, {0.5, 0xdad9da}, {1, 0xf7f6f4}}),
+        violet_({{0, 0x4a2a6b}, {0.5, 0x8a63ad}, {1, 0xcdb5dd}}),
+        crustColor_({{-2, 0x3f352c}, {0, 0x6d5d4d}, {2, 0x9a8a76}}) {}
+
+ private:
+  TextureSample at(const Place& place) const override {
+    const Footprint& footprint = place.footprint;
+    const VaryingPoint& p = place.ball;
+    // The cavity's wall is uneven; layer by layer the bands smooth it out, but keep its large bulges.
+    const Varying bulge = fractalNoise(1.6 * p, footprint.in(1.6 * p), {4, 0.42}, seed_);
+    const Varying calm = place.radius * place.radius;
+    const Varying depth = 1.0 - crust_ - place.radius + 0.11 * warp_ * bulge * (0.3 + 0.7 * calm);
+
+    TextureSample sample;
+    sample.color = chalcedony(place, depth, bulge);
+    sample.gloss = 0.75f;
+    const double hollow = 1 - crust_ - crystal_;
+    const double inside = shareAbove(depth - hollow + crystalRoots(place), 0.012, footprint);
+    if (inside > 0) sample.color = mix(sample.color, crystals(place, depth - hollow), inside);
+    const double crusted = shareAbove(-1.0 * depth, 0.01, footprint);
+    if (crusted > 0) {
+      const Varying rough = fractalNoise(9.0 * p, footprint.in(9.0 * p), {5, 0.6}, seed_ + 9);
+      sample.color = mix(sample.color, crustColor_.mean(rough, footprint), crusted);
+      sample.gloss *= static_cast<float>(1 - crusted);
+      sample.heightGradient = 0.012 * crusted * rough.gradient;
+    }
+    return sample;
+  }
+
+  /// Bands: a random function of depth alone, broad tones and fine lines; the footprint's octaves are those
+  /// of a line, so each fades when it is too fine.
+  Vec3f chalcedony(const Place& place, const Varying& depth, const Varying& bulge) const {
+    const Footprint& footprint = place.footprint;
+    const VaryingPoint broad(bands_ * 0.4 * depth, 0.17 * bulge, 0.0);
+    const Varying tone = fractalNoise(broad, footprint.in(broad), {5, 0.72}, seed_ + 1);
+    const VaryingPoint slow(bands_ * 0.13 * depth, 0.0, 0.0);
+    const Varying hue = noise(slow, footprint.in(slow), seed_ + 2);
+    const double warmth = std::clamp(warm_ + 0.45 * hue.value, 0.0, 1.0);
+    return mix(cool_.mean(tone, footprint), ember_.mean(tone, footprint), warmth);
+  }
+
+  /// Points of crystals reach into the bands, ball radii.
+  Varying crystalRoots(const Place& place) const {
+    const VaryingPoint domain = 11.0 * place.ball;
+    return -0.03 * cellAt(domain, 1, seed_ + 3).center;
+  }
+
+  /// Prisms that grew inwards: facets of one tone each, darker in the depth of the hollow.
+  Vec3f crystals(const Place& place, const Varying& depth) const {
+    const VaryingPoint domain = 11.0 * place.ball;
+    const Footprint inDomain = place.footprint.in(domain);
+    const Cell cell = cellAt(domain, 1, seed_ + 3);
+    const Cell facet = cellAt(2.3 * domain, 1, seed_ + 4);
+    const double kept = inDomain.kept(kCellSpread), keptFine = inDomain.kept(2.3 * kCellSpread);
+    const double own = shareAbove(cell.wall, 0.02, place.footprint);
+    const double ownFacet = shareAbove(facet.wall, 0.02, place.footprint);
+    const double coarse = mix(uniform(cell.neighbour, 1), uniform(cell.hash, 1), own);
+    const double fine = mix(uniform(facet.neighbour, 1), uniform(facet.hash, 1), ownFacet);
+    const double light = 0.5 + kept * 0.6 * (coarse - 0.5) + keptFine * 0.45 * (fine - 0.5);
+    const double violet = amethyst_ * smoothStep(0, 0.7 * crystal_, depth.value);
+    const double width = 0.05;
+    Vec3f color = mix(quartz_.mean(light, width), violet_.mean(light, width), violet);
+    const double edge = shareWithin(cell.wall, 0.02, 0.05, place.footprint);
+    return mix(color, linearFromSrgb(0xfaf8fb), 0.35 * kept * edge);
+  }
+
+  double bands_, warp_, crystal_, amethyst_, crust_, warm_;
+  std::uint32_t seed_;
+  Ramp cool_, ember_, quartz_, violet_, crustColor_;
+};
+
+}  // namespace
+
+ProceduralTexture agate() {
+  return {{"agate",
+           "agate: chalcedony bands around a hollow of quartz crystals",
+           {{"bands", 26, 4, 200, "bands along a radius, about"},
+            {"warp", 1, 0, 3, "unevenness of the bands"},
+            {"crystal", 0.3, 0, 0.8, "radius of the hollow with crystals"},
+            {"amethyst", 0.7, 0, 1, "violet of the crystals"},
+            {"warm", 0.4, 0, 1, "from blue-gray bands to red-brown ones"},
+            {"crust", 0.03, 0, 0.2, "thickness of the rough crust"},
+            kSeedParameter}},
+          makeOf<Agate>};
+}
+
+}  // namespace polestar::detail

@@ -1,0 +1,79 @@
+// Marble: white calcite with clouds, and gray veins along folds of a warped space.
+
+#include "polestar/io/picture.h"
+#include "polestar/texture/detail/noise.h"
+#include "polestar/texture/detail/point_texture.h"
+#include "polestar/texture/detail/procedural_texture.h"
+#include "polestar/texture/detail/ramp.h"
+
+namespace polestar::detail {
+namespace {
+
+class Marble final : public PointTexture {
+ public:
+  explicit Marble(const Parameters& p)
+      : scale_(p["scale"]),
+        warp_(p["warp"]),
+        veins_(p["veins"]),
+        thickness_(p["thickness"]),
+        gold_(p["gold"]),
+        polish_(p["polish"]),
+        seed_(p.seed()),
+        ground_({{-2.5, 0xc9cacb}, {-0.8, 0xdfdfdd}, {0.5, 0xecebe7}, {2.5, 0xf6f5f1}}) {}
+
+ private:
+  TextureSample at(const Place& place) const override {
+    const Footprint& footprint = place.footprint;
+    const VaryingPoint p = (1 / scale_) * place.ball;
+    const VaryingPoint slow = 0.8 * p;
+    const Footprint inSlow = footprint.in(slow);
+    const Octaves octaves{3, 0.5};
+    const Varying bendX = fractalNoise(slow, inSlow, octaves, seed_),
+                  bendY = fractalNoise(slow, inSlow, octaves, seed_ + 1);
+    const VaryingPoint bent(p.x + 0.35 * warp_ * bendX, p.y + 0.35 * warp_ * bendY,
+                            p.z + 0.25 * warp_ * (bendX - bendY));
+
+    const VaryingPoint wide(0.6 * bent.x, 0.6 * bent.y, 0.6 * bent.z);
+    const Varying folds = fractalNoise(wide, footprint.in(wide), {4, 0.5}, seed_ + 2);
+    const VaryingPoint narrow = 1.7 * bent;
+    const Varying cracks = fractalNoise(narrow, footprint.in(narrow), {3, 0.5}, seed_ + 3);
+    TextureSample sample;
+    const Varying cloud = 0.7 * bendX + 0.5 * folds + 0.3 * cracks;
+    sample.color = ground_.mean(cloud, footprint);
+
+    // A vein is where a noise is near 0; its strength comes and goes along it.
+    const double strength = 0.35 + 0.65 * smoothStep(-1.2, 1.2, bendY.value);
+    const double halo = shareWithin(folds, 0.5 * thickness_, 0.9 * thickness_, footprint);
+    const double core = shareWithin(folds, 0.06 * thickness_, 0.14 * thickness_, footprint);
+    const double fine = shareWithin(cracks, 0.045 * thickness_, 0.12 * thickness_, footprint);
+    const Vec3f gray = linearFromSrgb(0x5a5d63), brown = linearFromSrgb(0x9a7b4f);
+    const Vec3f veinColor = mix(gray, brown, gold_ * smoothStep(-0.5, 1.5, bendX.value));
+    sample.color = mix(sample.color, linearFromSrgb(0x9da0a4), 0.55 * veins_ * strength * halo);
+    sample.color = mix(sample.color, veinColor, std::min(1.0, veins_ * strength) * 0.85 * core);
+    const double sparse = smoothStep(0.0, 1.4, bendX.value - 0.3 * bendY.value);
+    sample.color = mix(sample.color, veinColor, std::min(1.0, veins_) * 0.5 * sparse * fine);
+    sample.gloss = static_cast<float>(polish_);
+    return sample;
+  }
+
+  double scale_, warp_, veins_, thickness_, gold_, polish_;
+  std::uint32_t seed_;
+  Ramp ground_;
+};
+
+}  // namespace
+
+ProceduralTexture marble() {
+  return {{"marble",
+           "white marble: clouds and gray veins in a folded space",
+           {{"scale", 0.55, 0.05, 5, "size of the folds"},
+            {"warp", 1, 0, 4, "how much the veins are folded"},
+            {"veins", 0.9, 0, 1.5, "strength of the veins"},
+            {"thickness", 1, 0.1, 4, "thickness of the veins, over that of the default"},
+            {"gold", 0.35, 0, 1, "brown in the gray of the veins"},
+            {"polish", 0.8, 0, 1, "gloss of the surface"},
+            kSeedParameter}},
+          makeOf<Marble>};
+}
+
+}  // namespace polestar::detail
