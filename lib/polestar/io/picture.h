@@ -2,8 +2,10 @@
 // Pictures out. A picture is scene-linear light until the moment it is written; the view transform that makes
 // it fit a display lives here, in one place.
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,6 +29,12 @@ struct Picture {
   int fullWidth = 0, fullHeight = 0;  ///< of the full picture; 0: this is all of it
   std::vector<float> rgba;            ///< 4 * width * height
   std::vector<PictureChannel> channels;
+  /// Where the camera stood: row vectors times matrices, row by row, as OpenEXR has them. The camera looks
+  /// along +z, x to the right, y up; the screen spans -1 to 1.
+  struct Camera {
+    std::array<float, 16> worldToCamera{}, worldToScreen{};
+  };
+  std::optional<Camera> camera;
 
   Picture() = default;
   /// Black and transparent.
@@ -40,6 +48,8 @@ struct Picture {
 /// Key and value, written as text chunks; keys of at most 79 Latin-1 characters.
 using PictureText = std::vector<std::pair<std::string, std::string>>;
 
+class DisplayView;
+
 /// The view transform, per channel: scene-linear light -> sRGB code value in [0, 1].
 ///
 /// Identity up to 0.7, above it an exponential shoulder 0.7 + 0.3 (1 - exp(-(x - 0.7) / 0.3)), continuous
@@ -51,11 +61,24 @@ float displayValue(float linear);
 /// Inverse of the sRGB curve alone: "#rrggbb" (0xrrggbb) as scene-linear color.
 Vec3f linearFromSrgb(std::uint32_t rgb);
 
-/// Writes an 8-bit PNG through the view transform, with a fixed pattern of +-1/2 step dither against bands in
-/// soft gradients; RGB when every pixel is opaque, else RGBA. The same picture gives the same bytes. `text`
-/// gets "Software" added. Atomic: the file appears whole or not at all.
+/// Writes an 8-bit PNG through the view transform, or through `display`, if there is one, with a fixed
+/// pattern of +-1/2 step dither against bands in soft gradients; RGB when every pixel is opaque, else RGBA.
+/// The same picture gives the same bytes. `text` gets "Software" added. Atomic: the file appears whole or not
+/// at all.
 /// @throws Error{Errc::usage} for a picture of no pixels or a buffer of the wrong size; Error{Errc::io} with
 /// the reason when it cannot be written.
-void writePicture(const std::filesystem::path& path, const Picture& picture, const PictureText& text = {});
+void writePicture(const std::filesystem::path& path, const Picture& picture, const PictureText& text = {},
+                  const DisplayView* display = nullptr);
+
+/// Writes a tiled OpenEXR file, scene-linear: colors and alpha as halfs, the picture's channels in their own
+/// formats, its place in the full picture as data window, its camera and `text` as metadata. Atomic, the same
+/// bytes for the same picture, as a PNG.
+/// @throws as writePicture.
+void writeExr(const std::filesystem::path& path, const Picture& picture, const PictureText& text = {});
+
+/// What writeExr's file takes at most: pixels are not compressed. Of writePicture's, the same for 8 bits a
+/// value.
+std::size_t largestExrBytes(const Picture& picture);
+std::size_t largestPngBytes(const Picture& picture);
 
 }  // namespace polestar

@@ -71,7 +71,7 @@ struct SolidRenderer::Data {
         center(appearance.center().allFinite() ? frame.toRender(appearance.center()) : Vec3(Vec3::Zero())),
         scene(makeScene(surface)),
         outline(shownPoints()),
-        camera(cameraPose(options), outline, options.turns, center) {
+        camera(cameraPose(options), framedPoints(), options.turns, center) {
     settings.up = options.up.normalized();
     settings.floor = std::numeric_limits<double>::infinity();
     for (const Vec3& p : outline) {
@@ -89,6 +89,18 @@ struct SolidRenderer::Data {
     TriMesh mesh = inRenderFrame(surface, frame);
     std::vector<Piece> pieces = cutPieces(options, mesh, center);
     return SolidScene(std::move(mesh), std::move(pieces), options.creaseAngle);
+  }
+
+  std::vector<Vec3> framedPoints() const {
+    if (!options.framed) return outline;
+    std::vector<Vec3> corners;
+    for (int c = 0; c < 8; ++c) {
+      const Vec3 corner((c & 1 ? options.framed->max : options.framed->min)[0],
+                        (c & 2 ? options.framed->max : options.framed->min)[1],
+                        (c & 4 ? options.framed->max : options.framed->min)[2]);
+      corners.push_back(frame.toRender(corner));
+    }
+    return corners;
   }
 
   std::vector<Vec3> shownPoints() const {
@@ -128,6 +140,7 @@ Rendering SolidRenderer::render(double turn, Context& context) const {
                     data_->boundSquared};
   Rendering rendering;
   rendering.picture = emptyPicture(options);
+  rendering.picture.camera = camera.matrices(data_->frame.origin, data_->frame.unit);
   if (options.aovs) addAovChannels(rendering.picture);
   std::vector<TileCounts> counts(tileCount(rendering.picture));
   forEachTile(options, rendering.picture, "rendering", context, [&](std::size_t number, const PixelBox& box) {

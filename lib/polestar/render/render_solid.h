@@ -59,6 +59,8 @@ struct RenderOptions {
   bool aovs = false;             ///< fill Picture::channels, see SolidRenderer
   /// Angles (radians) of a turntable: the solid fits the frame at each of them, in the same frame.
   std::vector<double> turns;
+  /// What fills the frame, mesh units; nothing: the solid itself. For sequences, whose frames have to agree.
+  std::optional<Box> framed;
 
   void validate() const;  ///< @throws Error{Errc::usage}
 };
@@ -97,6 +99,9 @@ class SolidRenderer {
   struct Data;
   std::unique_ptr<const Data> data_;
 };
+
+/// The channels that RenderOptions::aovs asks for, without values.
+std::vector<PictureChannel> solidAovs();
 
 /// One picture of a SolidRenderer.
 Rendering renderSolid(const TriMesh& surface, const Appearance& appearance, const RenderOptions& options = {},

@@ -1,5 +1,6 @@
 #include "polestar/render/detail/aovs.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace polestar::detail {
@@ -20,16 +21,9 @@ struct Seen {
 }  // namespace
 
 void addAovChannels(Picture& picture) {
-  using Format = PictureChannel::Format;
-  const std::size_t pixels = picture.rgba.size() / 4;
-  const auto add = [&](const char* name, Format format, float value) {
-    picture.channels.push_back({name, format, std::vector<float>(pixels, value)});
-  };
-  add("Z", Format::full, kNowhere);
-  for (const char* name : {"N.x", "N.y", "N.z"}) add(name, Format::half, 0);
-  for (const char* name : {"ball.x", "ball.y", "ball.z"}) add(name, Format::full, 0);
-  add("G", Format::full, 0);
-  add("id", Format::integer, 0);
+  picture.channels = solidAovs();
+  for (PictureChannel& channel : picture.channels) channel.values.assign(picture.rgba.size() / 4, 0);
+  std::fill(picture.channels[kDepth].values.begin(), picture.channels[kDepth].values.end(), kNowhere);
 }
 
 void fillAovs(const Stage& stage, const PixelBox& tile, Picture& picture) {
@@ -50,9 +44,9 @@ void fillAovs(const Stage& stage, const PixelBox& tile, Picture& picture) {
     const int x = tile.x0 + static_cast<int>(i) % across - picture.x0,
               y = tile.y0 + static_cast<int>(i) / across - picture.y0;
     if (x < 0 || y < 0 || x >= picture.width || y >= picture.height || hits[i].none()) continue;
-    seen.push_back({static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) +
-                        static_cast<std::size_t>(x),
-                    i});
+    seen.push_back(
+        {static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) + static_cast<std::size_t>(x),
+         i});
     points.push_back(stage.scene.solidPoint(hits[i], stage.camera.position(),
                                             rays.directionOf(i).cast<double>().normalized()));
     skin.push_back(hits[i].skin());
@@ -77,3 +71,14 @@ void fillAovs(const Stage& stage, const PixelBox& tile, Picture& picture) {
 }
 
 }  // namespace polestar::detail
+
+namespace polestar {
+
+std::vector<PictureChannel> solidAovs() {
+  using Format = PictureChannel::Format;
+  return {{"Z", Format::full, {}},      {"N.x", Format::half, {}},    {"N.y", Format::half, {}},
+          {"N.z", Format::half, {}},    {"ball.x", Format::full, {}}, {"ball.y", Format::full, {}},
+          {"ball.z", Format::full, {}}, {"G", Format::full, {}},      {"id", Format::integer, {}}};
+}
+
+}  // namespace polestar

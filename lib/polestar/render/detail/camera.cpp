@@ -109,4 +109,25 @@ Eigen::Vector2d Camera::project(const Vec3& point) const {
   return {0.5 * width_ + scale * right_.dot(d), 0.5 * height_ - scale * up_.dot(d)};
 }
 
+Picture::Camera Camera::matrices(const Vec3& origin, double unit) const {
+  Picture::Camera camera;
+  const Vec3 position = origin + unit * position_;
+  const Vec3* axes[3] = {&right_, &up_, &forward_};
+  for (std::size_t column = 0; column < 3; ++column) {
+    const Vec3& axis = *axes[column];
+    for (std::size_t row = 0; row < 3; ++row)
+      camera.worldToCamera[4 * row + column] = static_cast<float>(axis[static_cast<Eigen::Index>(row)]);
+    camera.worldToCamera[12 + column] = static_cast<float>(-axis.dot(position));
+  }
+  camera.worldToCamera[15] = 1;
+  // Across and up by the tangents; depth is divided by, and stays as it is beside that.
+  const double scales[3] = {height_ / (tangent_ * width_), 1 / tangent_, 1};
+  for (std::size_t row = 0; row < 4; ++row) {
+    for (std::size_t c = 0; c < 3; ++c)
+      camera.worldToScreen[4 * row + c] = static_cast<float>(scales[c]) * camera.worldToCamera[4 * row + c];
+    camera.worldToScreen[4 * row + 3] = camera.worldToCamera[4 * row + 2];
+  }
+  return camera;
+}
+
 }  // namespace polestar::detail

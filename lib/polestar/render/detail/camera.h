@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "polestar/io/picture.h"
 #include "polestar/render/detail/ray_bundle.h"
 
 namespace polestar::detail {
@@ -34,6 +35,8 @@ class Camera {
   Eigen::Vector2d project(const Vec3& point) const;
   /// Size of a pixel at `depth` along the view direction.
   double pixelSize(double depth) const { return depth * 2 * tangent_ / height_; }
+  /// For the metadata of pictures; in mesh units, where a point p of this frame is origin + unit * p.
+  Picture::Camera matrices(const Vec3& origin, double unit) const;
   double depth(const Vec3& point) const { return forward_.dot(point - position_); }
 
   const Vec3& position() const { return position_; }
