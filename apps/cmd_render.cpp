@@ -1,14 +1,18 @@
-// polestar render: a picture of a mapped solid, cut open, with its ball coordinates as a pattern.
+// polestar render: pictures of a solid, cut open, in its coordinates, a texture, or the colors of its grids.
 
-#include <charconv>
+#include <algorithm>
+#include <numbers>
 
 #include "cli/dry_run.h"
-#include "cli/map_input.h"
+#include "cli/frame_plan.h"
 #include "cli/outputs.h"
+#include "cli/render_input.h"
+#include "cli/render_options.h"
 #include "cli/text.h"
 #include "commands.h"
 #include "polestar/core/error.h"
 #include "polestar/core/version.h"
+#include "polestar/io/display_view.h"
 #include "polestar/render/render_solid.h"
 
 namespace polestar::cli {
@@ -16,111 +20,277 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kNoCut = "none";
+constexpr const char* kNone = "none";
+constexpr double kRadians = std::numbers::pi / 180;
 
-/// "x", "-y", "z,0.2", "1,1,0" or "1,1,0,0.2": what lies on the normal's side of the plane is cut away.
-CutPlane parseCut(const std::string& text) {
-  const bool negative = !text.empty() && text[0] == '-';
-  const std::size_t letter = negative ? 1 : 0;
-  const std::size_t axis = std::string("xyz").find(letter < text.size() ? text[letter] : ' ');
-  CutPlane cut;
-  std::vector<double> numbers;
-  if (axis != std::string::npos) {
-    cut.normal = (negative ? -1 : 1) * Vec3::Unit(static_cast<Eigen::Index>(axis));
-    const std::string rest = text.substr(letter + 1);
-    if (!rest.empty()) numbers = parseNumbers(rest);
-    if (numbers.size() <= 1 && (rest.empty() || rest[0] == ',')) {
-      if (!numbers.empty()) cut.offset = numbers[0];
-      return cut;
-    }
-  } else {
-    numbers = parseNumbers(text);
-    if (numbers.size() == 3 || numbers.size() == 4) {
-      cut.normal = Vec3(numbers[0], numbers[1], numbers[2]);
-      if (numbers.size() == 4) cut.offset = numbers[3];
-      return cut;
-    }
-  }
-  throw Error(Errc::usage, "a cut is x, -y, z,0.2, nx,ny,nz or nx,ny,nz,offset; found \"" + text + "\"");
-}
+/// Over all frames.
+struct Totals {
+  std::size_t solid = 0, unmapped = 0, primary = 0, light = 0;
+  double seconds = 0;
 
-/// "1280x960"
-void parseSize(const std::string& text, RenderOptions& options) {
-  const char* const end = text.data() + text.size();
-  const auto [cross, first] = std::from_chars(text.data(), end, options.width);
-  if (first == std::errc() && cross != end && *cross == 'x') {
-    const auto [last, second] = std::from_chars(cross + 1, end, options.height);
-    if (second == std::errc() && last == end) return;
+  void add(const Rendering& rendering) {
+    solid += rendering.solidSamples;
+    unmapped += rendering.unmappedSamples;
+    primary += rendering.primaryRays;
+    light += rendering.lightRays;
+    seconds += rendering.seconds;
   }
-  throw Error(Errc::usage, "a size is WIDTHxHEIGHT such as 1280x960; found \"" + text + "\"");
-}
+  double raysPerSecond() const { return seconds > 0 ? static_cast<double>(primary + light) / seconds : 0; }
+};
 
 class RenderCommand final : public Command {
  public:
   Description description() const override {
-    return {"render", "Draw a mapped solid, cut open, with its ball coordinates as a pattern",
-            "The .png to write", "polestar render asteroid.vdb -o asteroid.png --cut x --cut -y"};
+    return {"render", "Draw a solid, cut open, in its coordinates, a texture or its own colors",
+            "The .png or .exr to write; with --frames name.####.png",
+            "polestar render asteroid.vdb -o asteroid.png --texture kiwi --cut x --cut -y"};
   }
 
   void addOptions(CLI::App& app) override {
-    app.add_option("MAP", map_, "A .pmap, or the .vdb beside it")->required()->type_name("");
-    app.add_option("--cut", cuts_,
-                   "Take away what lies beyond a plane: x, -y, z,0.2 or nx,ny,nz[,offset], offset in [-1, 1] "
-                   "from the "
-                   "center to the far end. Twice: a wedge. none: the whole solid. Default x")
-        ->type_name("PLANE")
-        ->expected(1)
-        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    app.add_option("--size", size_, "Pixels; default 1280x960")->type_name("WxH");
-    app.add_option("--samples", options_.samples, "Samples a pixel")->capture_default_str()->type_name("N");
-    addPointOption(app, "--view", view_, "Direction that the camera looks along");
+    app.add_option("INPUT", input_,
+                   "A .pmap, the .vdb beside it, or a .vdb with colors; with --frames name.####.vdb")
+        ->required()
+        ->type_name("");
+    addLookOptions(app);
+    addSceneOptions(app);
+    addPictureOptions(app);
   }
 
   void run(Session& session) override {
-    session.addInput(map_);
-    const fs::path picture = session.options().output;
-    if (picture.empty()) throw Error(Errc::usage, "-o OUT.png is missing");
-    if (picture.extension() != ".png") {
-      throw Error(Errc::usage, "the output " + picture.string() + " does not end in .png");
+    prepare(session);
+    const std::vector<FrameJob> jobs = planFrames(input_, session.options().output, frames_);
+    for (const FrameJob& job : jobs) {
+      if (session.inputs().empty() || session.inputs().back() != job.input) session.addInput(job.input);
     }
-    if (!size_.empty()) parseSize(size_, options_);
-    if (view_) options_.viewDirection = *view_;
-    if (cuts_ != std::vector<std::string>{kNoCut}) {
-      for (const std::string& cut : cuts_) options_.cuts.push_back(parseCut(cut));
-    }
-    options_.validate();
-    checkOutput(picture, session.options().overwrite, session.inputs());
-    if (session.options().dryRun) {
-      const std::string size = std::to_string(options_.width) + " x " + std::to_string(options_.height);
-      return describePlan(session, {{picture, "picture of " + size + " pixels", std::nullopt}});
-    }
-    draw(picture, session);
+    for (const FrameJob& job : jobs) checkOutput(job.output, session.options().overwrite, session.inputs());
+    if (session.options().dryRun) return describe(jobs, session);
+    draw(jobs, session);
   }
 
  private:
-  void draw(const fs::path& picture, Session& session) const {
-    const BallMap map = loadMap(map_, session);
-    const Rendering rendering = session.timed("render", [&] {
-      return renderSolid(map.chart().green().shape().surface().mesh(), map, options_, session.context());
-    });
-    session.timed("write", [&] {
-      writePicture(picture, rendering.picture, {{"polestar:arguments", session.arguments()}});
-      return 0;
-    });
-    session.json()["outputs"] = {picture.string()};
-    session.json()["samples"] = {{"solid", rendering.solidSamples}, {"unmapped", rendering.unmappedSamples}};
-    session.text() = "wrote " + picture.string() + "\n";
-    if (rendering.unmappedSamples > 0) {
-      session.context().log(LogLevel::warning, grouped(rendering.unmappedSamples) + " of " +
-                                                   grouped(rendering.solidSamples) +
-                                                   " samples have no coordinates and are drawn grey");
-    }
+  void addLookOptions(CLI::App& app) {
+    app.add_option(
+           "--texture", look_.texture,
+           "A solid texture by name (kiwi, marble ...), or coordinates: panels of a soccer ball times "
+           "bands of radius. Default: the colors Cd or color of a .vdb, else coordinates")
+        ->type_name("NAME");
+    app.add_option("--set", settings_, "A parameter of the texture")
+        ->type_name("NAME=VALUE")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    app.add_option("--iso-lines", isoLines_,
+                   "Curves over any look, separated by commas: radius (on cuts), graticule (longitudes and "
+                   "latitudes on the skin), seams (of the panels), none")
+        ->type_name("WHAT")
+        ->delimiter(',');
+    app.add_option("--line-width", linePixels_, "Of iso-lines; default 1/480 of the picture's height")
+        ->type_name("PIXELS");
   }
 
-  fs::path map_;
+  void addSceneOptions(CLI::App& app) {
+    app.add_option("--cut", cuts_,
+                   "Take away what lies beyond a plane: x, -y, z,0.2 or nx,ny,nz[,offset], offset in [-1, 1] "
+                   "from the center to the far end. Twice: a wedge. none: the whole solid. Default x")
+        ->type_name("PLANE")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    app.add_option("--cut-mode", cutMode_,
+                   "Of several planes: notch (default) takes away what lies beyond all of them, slices what "
+                   "lies beyond any")
+        ->check(CLI::IsMember({"notch", "slices"}).description(""))
+        ->type_name("MODE");
+    app.add_option("--explode", explode_,
+                   "Keep all pieces that the planes make, up to 4 planes, and move their sides apart by this "
+                   "share of half the box's diagonal, such as 0.3")
+        ->type_name("D");
+    addPointOption(app, "--view", view_, "Direction that the camera looks along");
+    addPointOption(app, "--up", up_, "Direction that is up in the picture; default 0,0,1");
+    app.add_option("--fov", fieldOfView_, "Vertical field of view; default 26")->type_name("DEGREES");
+    app.add_option("--background", background_, "#rrggbb, white, grey, black or transparent")
+        ->type_name("COLOR");
+    app.add_flag("--no-floor", noFloor_, "No floor and no shadow on it");
+    app.add_option("--light-size", options_.keySize, "Of the key light: 0 hard shadows, 1 soft, up to 3")
+        ->capture_default_str()
+        ->type_name("S");
+    app.add_flag("--flat", flat_, "Plain colors without light");
+  }
+
+  void addPictureOptions(CLI::App& app) {
+    app.add_option("--size", size_, "Pixels; default 1280x960")->type_name("WxH");
+    app.add_option("--samples", options_.samples, "Samples a pixel")->capture_default_str()->type_name("N");
+    app.add_option("--crop", crop_, "Render these pixels alone; an .exr keeps their place")
+        ->type_name("X0,Y0,X1,Y1");
+    app.add_option("--frames", frames_, "Frames, both ends included: 1-48, 1-240x2")->type_name("RANGE");
+    app.add_option("--turntable", turntable_,
+                   "Turn the solid by this over the frames; default 360 for one input, 0 for a sequence")
+        ->type_name("DEGREES");
+    app.add_flag("--no-aovs", noAovs_, "An .exr with colors alone: no Z, N, ball, G, id");
+    app.add_option("--ocio-display", ocioDisplay_,
+                   "Of the OpenColorIO configuration that $OCIO names: its display for a .png; default the "
+                   "configuration's own")
+        ->type_name("NAME");
+    app.add_option("--ocio-view", ocioView_, "The view of that display")->type_name("NAME");
+    app.add_flag("--no-ocio", noOcio_, "Polestar's own view transform, whatever $OCIO says");
+  }
+
+  bool exr(Session& session) const { return session.options().output.extension() == ".exr"; }
+
+  void prepare(Session& session) {
+    const fs::path& output = session.options().output;
+    if (output.empty()) throw Error(Errc::usage, "-o OUT.png is missing");
+    if (output.extension() != ".png" && output.extension() != ".exr") {
+      throw Error(Errc::usage, "the output " + output.string() + " does not end in .png or .exr");
+    }
+    prepareScene();
+    if (!size_.empty()) parseSize(size_, options_);
+    if (!crop_.empty()) options_.crop = parseCrop(crop_);
+    options_.aovs = exr(session) && !noAovs_;
+    options_.validate();
+    for (const std::string& setting : settings_) look_.settings.push_back(parseSetting(setting));
+    if (!isoLines_.empty()) look_.isoLines = isoLines_;
+    look_.linePixels = linePixels_.value_or(std::max(1.0, options_.height / 480.0));
+    look_.validate();
+    prepareDisplay(session);
+  }
+
+  void prepareScene() {
+    if (cuts_ != std::vector<std::string>{kNone}) {
+      for (const std::string& cut : cuts_) options_.cuts.push_back(parseCut(cut));
+    }
+    if (cutMode_ == "slices") options_.cutMode = CutMode::slices;
+    if (explode_) {
+      if (!cutMode_.empty()) throw Error(Errc::usage, "--explode keeps all pieces; leave --cut-mode out");
+      options_.cutMode = CutMode::explode;
+      options_.explode = *explode_;
+    }
+    if (view_) options_.viewDirection = *view_;
+    if (up_) options_.up = *up_;
+    if (fieldOfView_) options_.fieldOfView = *fieldOfView_ * kRadians;
+    if (!background_.empty()) parseBackground(background_, options_);
+    options_.floor = !noFloor_;
+    if (flat_) options_.shading = Shading::flat;
+  }
+
+  void prepareDisplay(Session& session) {
+    const bool named = !ocioDisplay_.empty() || !ocioView_.empty();
+    if (named && exr(session)) {
+      throw Error(Errc::usage, "an .exr is scene-linear: --ocio-display and --ocio-view are for .png");
+    }
+    if (named && noOcio_)
+      throw Error(Errc::usage, "--no-ocio leaves no use for --ocio-display and --ocio-view");
+    if (exr(session) || noOcio_ || (!named && !DisplayView::configured())) return;
+    display_.emplace(ocioDisplay_, ocioView_);
+  }
+
+  double turnOf(std::size_t job, std::size_t jobs, bool sequence) const {
+    const double degrees = turntable_.value_or(sequence || jobs == 1 ? 0 : 360);
+    return degrees * kRadians * static_cast<double>(job) / static_cast<double>(jobs);
+  }
+
+  void describe(const std::vector<FrameJob>& jobs, Session& session) const {
+    const PixelBox box = options_.crop.value_or(PixelBox{0, 0, options_.width, options_.height});
+    const int width = box.x1 - box.x0, height = box.y1 - box.y0;
+    Picture picture;
+    picture.width = width;
+    picture.height = height;
+    if (options_.aovs) picture.channels = solidAovs();
+    std::vector<PlannedFile> files;
+    for (const FrameJob& job : jobs) {
+      files.push_back({job.output,
+                       "picture of " + std::to_string(width) + " x " + std::to_string(height) + " pixels",
+                       exr(session) ? largestExrBytes(picture) : largestPngBytes(picture)});
+    }
+    describePlan(session, files);
+    const double megapixels = 1e-6 * width * height;
+    session.json()["dry_run"]["frames"] = jobs.size();
+    session.json()["dry_run"]["megapixels"] = megapixels;
+    session.json()["dry_run"]["samples"] = options_.samples;
+    session.text() +=
+        counted(jobs.size(), "picture", "pictures") + " of " + shortNumber(megapixels) + " megapixels, " +
+        counted(static_cast<std::uint64_t>(options_.samples), "sample", "samples") + " a pixel\n";
+  }
+
+  void draw(const std::vector<FrameJob>& jobs, Session& session) {
+    const bool sequence = jobs.back().input != jobs.front().input;
+    if (sequence) options_.framed = sequenceBox(jobs, session);
+    for (std::size_t i = 0; i < jobs.size(); ++i) options_.turns.push_back(turnOf(i, jobs.size(), sequence));
+    Totals totals;
+    Json outputs = Json::array();
+    Subject subject;
+    std::unique_ptr<SolidRenderer> renderer;
+    for (std::size_t i = 0; i < jobs.size(); ++i) {
+      if (!renderer || sequence) {
+        renderer.reset();
+        subject = loadSubject(jobs[i].input, look_, session);
+        renderer = session.timed("scene", [&] {
+          return std::make_unique<SolidRenderer>(subject.surface, *subject.appearance, options_);
+        });
+      }
+      const Rendering rendering = renderer->render(options_.turns[i], session.context());
+      totals.add(rendering);
+      session.noteSeconds("render", totals.seconds);
+      write(jobs[i].output, rendering.picture, session);
+      outputs.push_back(jobs[i].output.string());
+      session.json()["outputs"] = outputs;
+      session.text() += "wrote " + jobs[i].output.string() + "\n";
+    }
+    report(subject, totals, session);
+  }
+
+  /// Of all inputs' active voxels, so that the camera stands still.
+  static Box sequenceBox(const std::vector<FrameJob>& jobs, Session& session) {
+    Box box;
+    for (std::size_t i = 0; i < jobs.size(); ++i) {
+      session.context().throwIfCancelled();
+      session.context().progress("measuring the sequence",
+                                 static_cast<double>(i) / static_cast<double>(jobs.size()));
+      const Box frame = inputBox(jobs[i].input);
+      box.min = box.min.cwiseMin(frame.min);
+      box.max = box.max.cwiseMax(frame.max);
+    }
+    return box;
+  }
+
+  void write(const fs::path& path, const Picture& picture, Session& session) const {
+    const PictureText text{{"polestar:arguments", session.arguments()},
+                           {"polestar:samples", std::to_string(options_.samples)}};
+    session.timed("write", [&] {
+      if (exr(session))
+        writeExr(path, picture, text);
+      else
+        writePicture(path, picture, text, display_ ? &*display_ : nullptr);
+      return 0;
+    });
+  }
+
+  void report(const Subject& subject, const Totals& totals, Session& session) const {
+    session.json()["look"] = subject.look;
+    session.json()["view_transform"] =
+        exr(session) ? Json() : Json(display_ ? display_->name() : std::string("polestar"));
+    session.json()["samples"] = {
+        {"per_pixel", options_.samples}, {"solid", totals.solid}, {"unmapped", totals.unmapped}};
+    session.json()["rays"] = {{"camera", totals.primary},
+                              {"light", totals.light},
+                              {"seconds", totals.seconds},
+                              {"per_second", totals.raysPerSecond()}};
+    session.text() += subject.look + "; " + grouped(totals.primary) + " camera rays and " +
+                      grouped(totals.light) + " light rays in " + duration(totals.seconds) + ", " +
+                      shortNumber(1e-6 * totals.raysPerSecond()) + " million a second\n";
+    if (totals.unmapped == 0) return;
+    session.context().log(LogLevel::warning, grouped(totals.unmapped) + " of " + grouped(totals.solid) +
+                                                 " samples have no color there and are drawn grey");
+  }
+
+  fs::path input_;
+  LookChoices look_;
+  std::vector<std::string> settings_, isoLines_;
+  std::optional<double> linePixels_, explode_, fieldOfView_, turntable_;
   std::vector<std::string> cuts_{"x"};
-  std::string size_;
-  std::optional<Vec3> view_;
+  std::string cutMode_, size_, crop_, background_, ocioDisplay_, ocioView_;
+  std::optional<std::string> frames_;
+  std::optional<Vec3> view_, up_;
+  bool noFloor_ = false, flat_ = false, noAovs_ = false, noOcio_ = false;
+  std::optional<DisplayView> display_;
   RenderOptions options_;
 };
 

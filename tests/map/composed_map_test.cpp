@@ -9,7 +9,7 @@
 #include "polestar/core/error.h"
 #include "polestar/map/snapping_map.h"
 #include "polestar/mesh/shapes.h"
-#include "render/analytic_maps.h"
+#include "support/formula_map.h"
 #include "support/solids.h"
 
 namespace polestar {

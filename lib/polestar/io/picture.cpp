@@ -1,7 +1,5 @@
 #include "polestar/io/picture.h"
 
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -9,6 +7,8 @@
 #include "polestar/core/atomic_file.h"
 #include "polestar/core/error.h"
 #include "polestar/core/version.h"
+#include "polestar/io/detail/image_file.h"
+#include "polestar/io/display_view.h"
 
 namespace polestar {
 namespace {
@@ -38,20 +38,25 @@ std::uint8_t quantize(float displayed, float offset) {
   return static_cast<std::uint8_t>(std::clamp(std::floor(255 * displayed + 0.5f + offset), 0.0f, 255.0f));
 }
 
-std::vector<std::uint8_t> quantized(const Picture& picture, int channels) {
+/// Straight RGBA code values in [0, 1], alpha as it is.
+std::vector<float> displayed(const Picture& picture) {
+  std::vector<float> values = picture.rgba;
+  for (std::size_t i = 0; i < values.size(); i += 4) {
+    const float alpha = values[i + 3];
+    // PNG wants straight color, and the view transform must see the color itself.
+    for (std::size_t c = 0; c < 3; ++c)
+      values[i + c] = displayValue(alpha >= 1 ? values[i + c] : alpha > 0 ? values[i + c] / alpha : 0);
+  }
+  return values;
+}
+
+std::vector<std::uint8_t> quantized(const std::vector<float>& values, int width, std::size_t channels) {
   std::vector<std::uint8_t> bytes;
-  bytes.reserve(std::size_t{1} * channels * picture.width * picture.height);
-  for (int y = 0; y < picture.height; ++y) {
-    for (int x = 0; x < picture.width; ++x) {
-      const float* pixel = picture.pixel(x, y);
-      const float alpha = pixel[3];
-      for (int c = 0; c < 3; ++c) {
-        // PNG wants straight color, and the view transform must see the color itself.
-        const float color = channels == 3 ? pixel[c] : alpha > 0 ? pixel[c] / alpha : 0;
-        bytes.push_back(quantize(displayValue(color), dither(x, y)));
-      }
-      if (channels == 4) bytes.push_back(quantize(std::clamp(alpha, 0.0f, 1.0f), 0));
-    }
+  bytes.reserve(values.size() / 4 * channels);
+  for (std::size_t i = 0; i < values.size() / 4; ++i) {
+    const float offset = dither(static_cast<int>(i) % width, static_cast<int>(i) / width);
+    for (std::size_t c = 0; c < 3; ++c) bytes.push_back(quantize(values[4 * i + c], offset));
+    if (channels == 4) bytes.push_back(quantize(std::clamp(values[4 * i + 3], 0.0f, 1.0f), 0));
   }
   return bytes;
 }
@@ -72,33 +77,56 @@ Vec3f linearFromSrgb(std::uint32_t rgb) {
           linearFromSrgbValue((rgb & 255) / 255.0f)};
 }
 
-void writePicture(const std::filesystem::path& path, const Picture& picture, const PictureText& text) {
-  const std::size_t pixels = std::size_t{1} * std::max(0, picture.width) * std::max(0, picture.height);
-  if (pixels == 0 || picture.rgba.size() != 4 * pixels) {
-    throw Error(Errc::usage, "picture of " + std::to_string(picture.width) + " x " +
-                                 std::to_string(picture.height) + " pixels with " +
-                                 std::to_string(picture.rgba.size()) + " values");
-  }
+void writePicture(const std::filesystem::path& path, const Picture& picture, const PictureText& text,
+                  const DisplayView* display) {
+  detail::checkPicture(picture);
   bool opaque = true;
-  for (std::size_t i = 0; i < pixels && opaque; ++i) opaque = picture.rgba[4 * i + 3] >= 1;
+  for (std::size_t i = 3; i < picture.rgba.size() && opaque; i += 4) opaque = picture.rgba[i] >= 1;
   const int channels = opaque ? 3 : 4;
-  const std::vector<std::uint8_t> bytes = quantized(picture, channels);
+  const std::vector<std::uint8_t> bytes = quantized(display ? display->apply(picture) : displayed(picture),
+                                                    picture.width, static_cast<std::size_t>(channels));
 
   OIIO::ImageSpec spec(picture.width, picture.height, channels, OIIO::TypeDesc::UINT8);
-  spec.attribute("oiio:ColorSpace", "sRGB");
+  spec.attribute("oiio:ColorSpace", display ? display->name() : "sRGB");
   spec.attribute("oiio:UnassociatedAlpha", 1);
+  detail::writeImage(path, "png", spec, text, OIIO::TypeDesc::UINT8, bytes.data());
+}
+
+std::size_t largestPngBytes(const Picture& picture) {
+  // Deflate stores what it cannot shorten, with a little around it.
+  const auto pixels = static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height);
+  return 4 * pixels + pixels / 500 + static_cast<std::size_t>(picture.height) + 65536;
+}
+
+namespace detail {
+
+void checkPicture(const Picture& picture) {
+  const std::size_t pixels = std::size_t{1} * std::max(0, picture.width) * std::max(0, picture.height);
+  bool right = pixels > 0 && picture.rgba.size() == 4 * pixels;
+  for (const PictureChannel& channel : picture.channels) right = right && channel.values.size() == pixels;
+  if (right) return;
+  throw Error(Errc::usage, "picture of " + std::to_string(picture.width) + " x " +
+                               std::to_string(picture.height) + " pixels with " +
+                               std::to_string(picture.rgba.size()) + " values");
+}
+
+void writeImage(const std::filesystem::path& path, const char* format, OIIO::ImageSpec spec,
+                const PictureText& text, OIIO::TypeDesc type, const void* pixels) {
   spec.attribute("Software", std::string("polestar ") + kVersion);
   for (const auto& [key, value] : text) spec.attribute(key, value);
-
   writeAtomically(path, [&](const std::filesystem::path& temporary) {
     // By name: the temporary's extension says nothing about the format.
-    const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create("png");
-    if (!output) throw Error(Errc::io, "cannot write " + path.string() + ": OpenImageIO has no PNG writer");
-    if (!output->open(temporary.string(), spec) ||
-        !output->write_image(OIIO::TypeDesc::UINT8, bytes.data()) || !output->close()) {
+    const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(format);
+    if (!output) {
+      throw Error(Errc::io,
+                  "cannot write " + path.string() + ": OpenImageIO has no writer for " + std::string(format));
+    }
+    if (!output->open(temporary.string(), spec) || !output->write_image(type, pixels) || !output->close()) {
       throw Error(Errc::io, "cannot write " + path.string() + ": " + output->geterror());
     }
   });
 }
+
+}  // namespace detail
 
 }  // namespace polestar

@@ -3,111 +3,113 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace polestar::detail {
 namespace {
 
-constexpr double kKeyRadius = 0.22;     // tangent of the key light's angular radius
-constexpr double kKeyStrength = 0.80;   // of the light on a white surface that faces the key
-constexpr double kDomeStrength = 0.50;  // of the light on a white surface under the open dome
-constexpr double kBounce = 0.42;        // what a shaded neighbour sends back, relative to the open dome
-constexpr double kFloorBounce = 0.62;   // the same for the floor
-constexpr double kRimStrength = 0.16;
-constexpr double kRayOffset = 1e-4;  // of shadow rays, in units of the solid's half diagonal
+constexpr float kKeyRadius = 0.22f;     // tangent of the key light's angular radius
+constexpr float kKeyStrength = 0.80f;   // of the light on a white surface that faces the key
+constexpr float kDomeStrength = 0.50f;  // of the light on a white surface under the open dome
+constexpr float kBounce = 0.42f;        // what a shaded neighbour sends back, relative to the open dome
+constexpr float kFloorBounce = 0.62f;   // the same for the floor
+constexpr float kRimStrength = 0.16f;
+// Light that is scattered once and comes straight back from a deep fog is half of what the fog got; scattered
+// more often, nearly all of it comes back.
+constexpr float kFogGain = 2;
 
-void makeBasis(const Vec3& axis, Vec3& first, Vec3& second) {
-  first = axis.cross(std::abs(axis[2]) < 0.9 ? Vec3::UnitZ() : Vec3::UnitX()).normalized();
+// The key is a little warm, the dome a little cool, and what comes back from the warm cut surfaces warm.
+const Vec3f kWarm(1.03f, 1.0f, 0.95f), kCool(0.98f, 1.0f, 1.03f), kBounced(1.14f, 1.0f, 0.84f);
+
+void makeBasis(const Vec3f& axis, Vec3f& first, Vec3f& second) {
+  first = axis.cross(std::abs(axis[2]) < 0.9f ? Vec3f::UnitZ() : Vec3f::UnitX()).normalized();
   second = axis.cross(first);
 }
 
-Eigen::Vector2d diskPoint(const Eigen::Vector2d& u) {
-  const double r = std::sqrt(u[0]), angle = 2 * std::numbers::pi * u[1];
-  return {r * std::cos(angle), r * std::sin(angle)};
-}
-
-Vec3 cosineDirection(const Vec3& normal, const Eigen::Vector2d& u) {
-  Vec3 first, second;
-  makeBasis(normal, first, second);
-  const Eigen::Vector2d d = diskPoint(u);
-  return d[0] * first + d[1] * second + std::sqrt(std::max(0.0, 1 - u[0])) * normal;
-}
-
 /// Schlick's approximation for a coat of index 1.5.
-double fresnel(double cosine) { return 0.04 + 0.96 * std::pow(1 - std::clamp(cosine, 0.0, 1.0), 5); }
+float fresnel(float cosine) {
+  const float m = 1 - std::clamp(cosine, 0.0f, 1.0f), squared = m * m;
+  return 0.04f + 0.96f * squared * squared * m;
+}
+
+/// x^60
+float lobe(float x) {
+  const float x4 = x * x * x * x, x12 = x4 * x4 * x4, x15 = x12 * x * x * x, x30 = x15 * x15;
+  return x30 * x30;
+}
 
 }  // namespace
 
-Studio::Studio(const Camera& camera, const Vec3& up, double floor, double keySide, const Vec3f& background)
-    : up_(up), floor_(floor), background_(background) {
+Studio::Studio(const Camera& camera, const StudioSettings& settings)
+    : settings_(settings), up_(settings.up.cast<float>()) {
   const Vec3 back = -camera.forward();
-  const Vec3 side = (keySide > 0 ? 1 : -1) * camera.right();
-  key_ = (0.7 * side + 0.9 * up + 0.8 * back).normalized();
-  rim_ = (-0.9 * side + 0.35 * up - 0.45 * back).normalized();
+  const Vec3 side = (settings.keySide > 0 ? 1 : -1) * camera.right();
+  key_ = (0.7 * side + 0.9 * settings.up + 0.8 * back).normalized().cast<float>();
+  rim_ = (-0.9 * side + 0.35 * settings.up - 0.45 * back).normalized().cast<float>();
   makeBasis(key_, keyRight_, keyUp_);
 }
 
-Vec3 Studio::keyDirection(const Eigen::Vector2d& sample) const {
-  const Eigen::Vector2d d = kKeyRadius * diskPoint(sample);
+Vec3f Studio::keyDirection(const DiskPoint& sample) const {
+  const DiskPoint d = kKeyRadius * static_cast<float>(settings_.keySize) * sample;
   return (key_ + d[0] * keyRight_ + d[1] * keyUp_).normalized();
 }
 
-double Studio::domeRadiance(const Vec3& direction) const {
-  const double height = direction.dot(up_);
-  if (height < 0) return kFloorBounce;
-  return 0.78 + 0.34 * height;
+Vec3f Studio::domeDirection(const Vec3f& normal, const DiskPoint& sample) {
+  Vec3f first, second;
+  makeBasis(normal, first, second);
+  return sample[0] * first + sample[1] * second +
+         std::sqrt(std::max(0.0f, 1 - sample.squaredNorm())) * normal;
 }
 
-Vec3f Studio::backdrop(double vignette) const {
-  return static_cast<float>(1 - 0.2 * vignette * vignette) * background_;
+float Studio::domeRadiance(const Vec3f& direction) const {
+  const float height = direction.dot(up_);
+  return height < 0 ? kFloorBounce : 0.78f + 0.34f * height;
 }
 
-Vec3f Studio::shadeSolid(const CutScene& scene, const SolidHit& hit, const Vec3& normal,
-                         const Material& material, const Vec3& toViewer, const LightSample& sample) const {
-  const Vec3 origin = hit.shadowOrigin + kRayOffset * hit.normal;
-  const Vec3 toKey = keyDirection(sample.key);
-  const double keyCosine = normal.dot(toKey);
-  const bool keySeen = keyCosine > 0 && hit.normal.dot(toKey) > 0 && !scene.occluded({origin, toKey});
-
-  const Vec3 domeDirection = cosineDirection(normal, sample.dome);
-  const bool domeSeen = hit.normal.dot(domeDirection) > 0 && !scene.occluded({origin, domeDirection});
-  const double dome = kDomeStrength * (domeSeen ? domeRadiance(domeDirection) : kBounce);
-  const double rim = kRimStrength * std::max(0.0, normal.dot(rim_));
-  const double key = keySeen ? kKeyStrength * keyCosine : 0;
-  // The key is a little warm, the dome a little cool, and what comes back from the warm cut surfaces warm.
-  const Vec3f warm(1.03f, 1.0f, 0.95f), cool(0.98f, 1.0f, 1.03f), bounced(1.14f, 1.0f, 0.84f);
-  const Vec3f keyLight = static_cast<float>(key) * warm;
-  const Vec3f domeLight =
-      static_cast<float>(dome) * (domeSeen ? cool : bounced) + static_cast<float>(rim) * cool;
-  Vec3f light = material.albedo.cwiseProduct(keyLight + domeLight);
-
-  if (material.gloss > 0) {
-    const Vec3 half = (toKey + toViewer).normalized();
-    const double lobe =
-        keySeen ? 6 * std::pow(std::max(0.0, normal.dot(half)), 60) * fresnel(toViewer.dot(half)) : 0;
-    const double facing = normal.dot(toViewer);
-    const Vec3 mirrored = 2 * facing * normal - toViewer;
-    const double sheen = kDomeStrength * fresnel(facing) * domeRadiance(mirrored) * (domeSeen ? 1 : 0.3);
-    light += Vec3f::Constant(material.gloss * static_cast<float>(lobe * std::max(0.0, keyCosine) + sheen));
+SolidLight Studio::onSolid(const Vec3f& normal, const Vec3f& toViewer, const LightSeen& seen) const {
+  SolidLight light;
+  const float keyCosine = std::max(0.0f, normal.dot(seen.toKey));
+  const float dome = kDomeStrength * (seen.dome ? domeRadiance(seen.toDome) : kBounce);
+  const float rim = kRimStrength * std::max(0.0f, normal.dot(rim_));
+  light.diffuse = dome * (seen.dome ? kCool : kBounced) + rim * kCool;
+  if (seen.key) {
+    light.diffuse += kKeyStrength * keyCosine * kWarm;
+    const Vec3f half = (seen.toKey + toViewer).normalized();
+    light.sheen = 6 * lobe(std::max(0.0f, normal.dot(half))) * fresnel(toViewer.dot(half)) * keyCosine;
   }
+  const float facing = normal.dot(toViewer);
+  const Vec3f mirrored = 2 * facing * normal - toViewer;
+  light.sheen += kDomeStrength * fresnel(facing) * domeRadiance(mirrored) * (seen.dome ? 1.0f : 0.3f);
   return light;
 }
 
-Vec3f Studio::shadeBackdrop(const CutScene& scene, const Ray& ray, double vignette,
-                            const LightSample& sample) const {
-  const double fall = ray.direction.dot(up_);
-  if (fall >= 0) return backdrop(vignette);
-  const double distance = (floor_ - ray.origin.dot(up_)) / fall;
-  if (distance <= 0) return backdrop(vignette);
-  const Vec3 origin = ray.origin + distance * ray.direction;
-  const Vec3 toKey = keyDirection(sample.key), domeDirection = cosineDirection(up_, sample.dome);
-  const double key = kKeyStrength * key_.dot(up_);
-  const double lostKey = scene.occluded({origin, toKey}) ? key : 0;
-  const double lostDome = scene.occluded({origin, domeDirection}) ? kDomeStrength * (1 - 0.5 * kBounce) : 0;
-  const double share = 1 - (lostKey + lostDome) / (key + kDomeStrength);
+Vec3f Studio::inFog(float keyShare, float domeShare) const {
+  // Half the dome is sky, half is floor.
+  const float dome = kDomeStrength * 0.5f * (0.95f + kFloorBounce) * domeShare;
+  return kFogGain * (0.5f * kKeyStrength * keyShare * kWarm + 0.5f * dome * kCool);
+}
+
+std::optional<Vec3f> Studio::floorPoint(const Vec3f& origin, const Vec3f& direction) const {
+  const float fall = direction.dot(up_);
+  if (!settings_.hasFloor || fall >= 0) return std::nullopt;
+  const float distance = (static_cast<float>(settings_.floor) - origin.dot(up_)) / fall;
+  if (!(distance > 0)) return std::nullopt;
+  return origin + distance * direction;
+}
+
+Eigen::Vector4f Studio::backdrop(float vignette, float keyLost, float domeLost) const {
+  const float key = kKeyStrength * key_.dot(up_);
+  const float lost = keyLost * key + domeLost * kDomeStrength * (1 - 0.5f * kBounce);
+  const float share = 1 - lost / (key + kDomeStrength);
+  Eigen::Vector4f result(0, 0, 0, 1);
+  if (settings_.transparent) {
+    result[3] = 1 - share;
+    return result;
+  }
   // Shade is lit by the cool dome.
-  const float s = static_cast<float>(share);
-  return backdrop(vignette).cwiseProduct(Vec3f(std::pow(s, 1.04f), s, std::pow(s, 0.94f)));
+  const Vec3f shade =
+      lost > 0 ? Vec3f(std::pow(share, 1.04f), share, std::pow(share, 0.94f)) : Vec3f(1, 1, 1);
+  result.head<3>() = (1 - 0.2f * vignette * vignette) * settings_.background.cwiseProduct(shade);
+  return result;
 }
 
 }  // namespace polestar::detail

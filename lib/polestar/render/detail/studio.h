@@ -1,49 +1,65 @@
 #pragma once
 // The light in which the solid stands: a large soft key light, a dome, a floor that melts into the
-// background.
+// background. What light arrives is told to it; rays are traced elsewhere, by the thousand.
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "polestar/render/detail/camera.h"
 
 namespace polestar::detail {
 
-/// Random numbers of one camera sample, each in [0, 1).
-struct LightSample {
-  Eigen::Vector2d key, dome;
+using DiskPoint = Eigen::Vector2f;  ///< a random point of the unit disk
+
+struct StudioSettings {
+  Vec3 up = Vec3::UnitZ();  ///< away from the floor
+  double floor = 0;         ///< which lies at up . x = floor
+  bool hasFloor = true;
+  double keySide = 1;  ///< the key light stands at the camera's right (> 0) or left
+  double keySize = 1;  ///< its size, 1: a soft window
+  Vec3f background = Vec3f::Ones();
+  bool transparent = false;  ///< nothing behind the solid but its shadow
 };
 
-/// What the light falls on.
-struct Material {
-  Vec3f albedo = Vec3f::Ones();
-  float gloss = 0;  ///< 0: matte, 1: the strength of a dielectric coat (4 % at normal incidence)
+/// What a light path brought: did the key light, or the dome in this direction, reach the point?
+struct LightSeen {
+  Vec3f toKey, toDome;
+  bool key = false, dome = false;
 };
 
-/// All radiances are relative to a white matte surface that faces the key light: that one is about 1.
+/// Light from the solid towards the viewer is albedo * diffuse + gloss * sheen.
+struct SolidLight {
+  Vec3f diffuse = Vec3f::Zero();
+  float sheen = 0;
+};
+
+/// Radiances are relative to a white matte surface that faces the key light: that one is about 1. The lights
+/// follow the camera around. Immutable.
 class Studio {
  public:
-  /// `up` is away from the floor, which lies at up . x = floor. The lights follow the camera around, the key
-  /// light from its right (keySide > 0) or left.
-  Studio(const Camera& camera, const Vec3& up, double floor, double keySide, const Vec3f& background);
+  Studio(const Camera& camera, const StudioSettings& settings);
 
-  /// Light from a point of the solid towards `toViewer`.
-  Vec3f shadeSolid(const CutScene& scene, const SolidHit& hit, const Vec3& normal, const Material& material,
-                   const Vec3& toViewer, const LightSample& sample) const;
+  /// A direction to a random point of the key light.
+  Vec3f keyDirection(const DiskPoint& sample) const;
+  /// A random direction about `normal`, by the cosine.
+  static Vec3f domeDirection(const Vec3f& normal, const DiskPoint& sample);
 
-  /// What the ray sees when it misses the solid: background, shaded where the solid keeps light from the
-  /// floor. `vignette` is the distance from the picture's middle, 1 at its corners.
-  Vec3f shadeBackdrop(const CutScene& scene, const Ray& ray, double vignette,
-                      const LightSample& sample) const;
+  SolidLight onSolid(const Vec3f& normal, const Vec3f& toViewer, const LightSeen& seen) const;
+  /// For points in a fog that sends light on in all directions alike.
+  Vec3f inFog(float keyShare, float domeShare) const;
 
-  Vec3f backdrop(double vignette) const;
+  /// Where a ray that misses the solid meets the floor, if it does.
+  std::optional<Vec3f> floorPoint(const Vec3f& origin, const Vec3f& direction) const;
+  Vec3f floorNormal() const { return up_; }
+  /// What such a ray sees, premultiplied color and alpha: background, shaded where light to the floor is
+  /// lost (shares 0 to 1). `vignette` is the distance from the picture's middle, 1 at its corners.
+  Eigen::Vector4f backdrop(float vignette, float keyLost, float domeLost) const;
 
  private:
-  Vec3 keyDirection(const Eigen::Vector2d& sample) const;
-  double domeRadiance(const Vec3& direction) const;
+  float domeRadiance(const Vec3f& direction) const;
 
-  Vec3 up_, key_, keyRight_, keyUp_, rim_;
-  double floor_;
-  Vec3f background_;
+  StudioSettings settings_;
+  Vec3f up_, key_, keyRight_, keyUp_, rim_;
 };
 
 }  // namespace polestar::detail

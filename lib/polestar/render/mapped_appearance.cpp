@@ -1,0 +1,109 @@
+#include "polestar/render/mapped_appearance.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "polestar/render/detail/linear_ball.h"
+#include "polestar/texture/procedural.h"
+
+namespace polestar {
+namespace {
+
+using detail::LinearBall;
+
+constexpr double kSteepestRelief = 0.8;  // slopes beyond look like noise
+
+class MappedAppearance final : public Appearance {
+ public:
+  MappedAppearance(const VolumeMap& map, const BallMap* green, MappedLook look)
+      : map_(map), green_(green), look_(std::move(look)) {
+    const Vec3 pole = Vec3::Zero();
+    map_.inverse({&pole, 1}, {&center_, 1});
+  }
+
+  void look(std::span<const SurfacePatch> patches, std::span<const SurfaceTap> taps, double share,
+            std::span<SurfaceLook> looks) const override {
+    const std::vector<LinearBall> balls =
+        detail::linearBalls(patches, center_, [this](auto points, auto ball) { map_.forward(points, ball); });
+    std::vector<TexturePoint> points;
+    std::vector<std::size_t> tapOf;
+    for (std::size_t i = 0; i < taps.size(); ++i) {
+      looks[i] = {};
+      const SurfacePatch& patch = patches[taps[i].patch];
+      const LinearBall& ball = balls[taps[i].patch];
+      if (!ball.known()) continue;
+      TexturePoint at;
+      at.ball = ball.at(taps[i], patch.skin);
+      at.footprint.col(0) = share * patch.pixelFirst * ball.alongFirst;
+      at.footprint.col(1) = share * patch.pixelSecond * ball.alongSecond;
+      points.push_back(at);
+      tapOf.push_back(i);
+    }
+    std::vector<TextureSample> samples(points.size());
+    look_.texture->sample(points, samples);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const SurfaceTap& tap = taps[tapOf[i]];
+      looks[tapOf[i]] = lookOf(samples[i], patches[tap.patch].skin, balls[tap.patch]);
+    }
+    detail::drawIsoLines(look_.lines, patches, taps, balls, share, looks);
+  }
+
+  void coordinates(std::span<const Vec3> points, std::span<const std::uint8_t> skin, std::span<Vec3> ball,
+                   std::span<double> green) const override {
+    detail::ballCoordinates(
+        points, skin, center_, [this](auto from, auto to) { map_.forward(from, to); }, ball);
+    std::fill(green.begin(), green.end(), std::numeric_limits<double>::quiet_NaN());
+    if (!green_) return;
+    std::vector<Vec3> unused(points.size());
+    green_->sample(points, unused, green);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (skin[i]) green[i] = 0;
+    }
+  }
+
+  Vec3 center() const override { return center_; }
+
+ private:
+  SurfaceLook lookOf(const TextureSample& sample, bool skin, const LinearBall& ball) const {
+    SurfaceLook look;
+    look.color = sample.color;
+    look.gloss = (skin ? 1.0f : look_.cutGloss) * sample.gloss;
+    look.known = true;
+    // Heights are in ball radii; the map's scale along the skin makes lengths of them.
+    const double scale = std::sqrt(ball.alongFirst.cross(ball.alongSecond).norm());
+    if (!skin || !(scale > 0)) return look;
+    const auto slope = [&](const Vec3& along) {
+      return static_cast<float>(
+          std::clamp(sample.heightGradient.dot(along) / scale, -kSteepestRelief, kSteepestRelief));
+    };
+    look.slopeFirst = slope(ball.alongFirst);
+    look.slopeSecond = slope(ball.alongSecond);
+    return look;
+  }
+
+  const VolumeMap& map_;
+  const BallMap* green_;
+  MappedLook look_;
+  Vec3 center_ = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
+};
+
+}  // namespace
+
+MappedLook coordinateLook(double linePixels) {
+  MappedLook look;
+  // Lines of the texture would be as wide as the map makes them; iso-lines are of one width. Cuts are to show
+  // the bands, not the skin.
+  look.texture = makeTexture("soccer", {{"line", 0}, {"skin", 0.002}});
+  look.lines.radius = look.lines.cutSeams = true;
+  look.lines.pixels = linePixels;
+  return look;
+}
+
+std::unique_ptr<Appearance> makeMappedAppearance(const VolumeMap& map, const BallMap* green,
+                                                 MappedLook look) {
+  return std::make_unique<MappedAppearance>(map, green, std::move(look));
+}
+
+}  // namespace polestar
