@@ -112,10 +112,9 @@ class Kiwi final : public FiberTexture {
   /// Near-black, a brown shine on the side; around it the locule's clear, dark jelly.
   void addSeed(const Place& place, const SeedLayout& layout, TextureSample& sample, Vec3f& color) const {
     const Seed seed = seedNear(place.ball, place.footprint, layout);
-    if (!seed.present) return;
-    const double jelly = shareAbove(2.4 - seed.form, 2.2, place.footprint);
+    const double jelly = seed.share(1.55, 2.2, place.footprint);
     color = mix(color, color.cwiseProduct(Vec3f(0.55f, 0.66f, 0.4f)), 0.8 * jelly);
-    const double inside = shareAbove(1.0 - seed.form, 0.25, place.footprint);
+    const double inside = seed.share(1, 0.25, place.footprint);
     const double shine = std::exp(-6 * std::pow(seed.across + 0.35, 2)) * (0.3 + 0.7 * uniform(seed.hash, 7));
     const Vec3f shell = mix(linearFromSrgb(0x17100b), linearFromSrgb(0x4b3320), 0.7 * shine);
     color = mix(color, shell, inside);

@@ -74,25 +74,43 @@ Cell cellAt(const SeedLayout& layout, double latitude, double turn) {
   return cell;
 }
 
+/// Volume of a drop over that of its cell, spread over the shell that seeds lie in.
+double density(double level, double reach, const Footprint& footprint, const SeedLayout& layout) {
+  constexpr double dropOverBox = 0.3;
+  const double drop = dropOverBox * layout.length * layout.width * layout.thickness;
+  const double cell = layout.equator * 2 * kPi / layout.around * layout.pole * rowHeight(layout);
+  const double half = reach * layout.equator, blur = footprint.size();
+  const double fromShell = std::abs(level - 1) * layout.equator;
+  const double shell =
+      std::clamp((half - fromShell) / std::max(blur, kTiny) + 0.5, 0.0, 1.0) * half / (half + blur / 2);
+  return layout.presence * drop / (cell * 2 * half) * shell;
+}
+
 }  // namespace
+
+double Seed::share(double scale, double softness, const Footprint& footprint) const {
+  const double own = present ? shareAbove(scale * scale - form, softness, footprint) : 0;
+  return mix(std::min(1.0, density * scale * scale * scale), own, kept);
+}
 
 Seed seedNear(const VaryingPoint& ball, const Footprint& footprint, const SeedLayout& layout) {
   const Vec3 p = ball.value();
   const double across = std::hypot(p[0], p[1]);
   const double level = std::hypot(across / layout.equator, p[2] / layout.pole);
   const double reach = (layout.scatter + 0.7 * layout.length) / layout.equator;
-  if (std::abs(level - 1) > reach + footprint.size()) return {};
+  if (std::abs(level - 1) > reach + 1.5 * footprint.size() / layout.equator) return {};
 
+  Seed seed;
+  seed.kept = footprint.kept(2 / layout.width);
+  seed.density = seed.kept < 1 ? density(level, reach, footprint, layout) : 0;
   const double latitude = std::atan2(p[2] / layout.pole, across / layout.equator);
   const double turn = std::atan2(p[1], p[0]) / (2 * kPi);
   const Cell cell = cellAt(layout, latitude, turn);
   const double middleLatitude = (cell.row + 0.5 - cell.shift) * rowHeight(layout);
-
-  Seed seed;
   seed.hash = latticeHash(cell.row, cell.column, cell.around, layout.seed);
   // Where rows around the poles close in on each other there is no room.
   const double room = layout.equator * std::cos(middleLatitude) * 2 * kPi / cell.around;
-  if (uniform(seed.hash, 0) > layout.presence || room < layout.width) return {};
+  if (uniform(seed.hash, 0) > layout.presence || room < layout.width) return seed;
   auto jitter = [&](std::uint32_t n, double space) { return space * (uniform(seed.hash, n) - 0.5); };
   const double slack = 0.8 * std::max(0.0, 1 - layout.width / room);
   const double longitude = (cell.column + jitter(1, slack)) * 2 * kPi / cell.around;
