@@ -10,6 +10,7 @@
 #include "polestar/mesh/bodies.h"
 #include "polestar/mesh/shapes.h"
 #include "polestar/render/detail/camera.h"
+#include "polestar/texture/soccer_panel.h"
 #include "render/analytic_maps.h"
 
 namespace polestar {

@@ -43,7 +43,7 @@ TEST_P(Filtering, IsTheMeanOverTheFootprint) {
     // Colors are linear: white is 1. 600 random samples have an error of their own, up to 0.01 for grains. A
     // footprint of 0.1 holds a few seeds, grains or vesicles, of which their mean color knows nothing.
     EXPECT_LT(d.mean, size < 0.1 ? 0.02 : 0.03) << "footprint " << size;
-    EXPECT_LT(std::abs(d.bias), 0.01) << "footprint " << size;
+    EXPECT_LT(std::abs(d.bias), size < 0.1 ? 0.008 : 0.013) << "footprint " << size;
     if (d.unfiltered > 0.02) {
       EXPECT_LT(d.mean, 0.7 * d.unfiltered) << "footprint " << size;
     }
@@ -69,7 +69,8 @@ TEST_P(Filtering, IsContinuousAtTheCenter) {
       Vec3f last = testing::colorAt(*texture, -size * direction, footprint);
       for (int i = -19; i <= 20; ++i) {
         const Vec3f color = testing::colorAt(*texture, i / 20.0 * size * direction, footprint);
-        // A twentieth of the footprint holds a twentieth of its content.
+        // A twentieth of the footprint holds a twentieth of its content; where four grains meet more may change,
+        // for a footprint is divided among three.
         ASSERT_LT((color - last).cwiseAbs().maxCoeff(), 0.15f) << size << " at step " << i;
         last = color;
       }

@@ -35,19 +35,24 @@ TEST(Seeds, AreSolidDropsOfTheirSize) {
   }
 }
 
-TEST(Seeds, StayInTheirCells) {
-  // Across a cell's border the form jumps where a seed is cut off: it must be outside by then.
+TEST(Seeds, AreNotCutOffByTheirCells) {
+  // Over small steps into all directions, also across cells, the form of a seed changes by little.
   for (const bool thinning : {false, true}) {
     const SeedLayout seeds = layout(thinning);
-    int cut = 0;
+    const Footprint point(Mat3::Zero());
+    const auto directions = testing::randomDirections(150000, 4);
+    std::size_t next = 0;
+    int cut = 0, inside = 0;
     for (const Vec3& p : testing::randomBallPoints(150000, 2)) {
-      const Vec3 step = 2e-4 * p.unitOrthogonal();
-      const Footprint point(Mat3::Zero());
+      const Vec3 q = p + 2e-4 * directions[next++];
       const Seed one = seedNear(VaryingPoint(p), point, seeds),
-                 other = seedNear(VaryingPoint(p + step), point, seeds);
-      cut += one.present && one.form.value < 0.9 && (!other.present || other.form.value > 1.1);
+                 other = seedNear(VaryingPoint(q), point, seeds);
+      if (!one.present || one.form.value > 1) continue;
+      ++inside;
+      cut += !other.present || std::abs(other.form.value - one.form.value) > 0.1;
     }
-    EXPECT_EQ(cut, 0) << thinning;
+    EXPECT_GT(inside, 500) << thinning;
+    EXPECT_LE(cut, inside / 100) << thinning;
   }
 }
 

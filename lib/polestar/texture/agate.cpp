@@ -40,8 +40,8 @@ Ramp bandsOf(const Parameters& p, double aside) {
     const VaryingPoint offset(broad.x, broad.y + aside, broad.z);
     const Varying tone = fractalNoise(offset, blur.in(offset), {1, 5, 0.72}, p.seed() + 1);
     const Varying hue = noise(broad, blur.in(broad), p.seed() + 2, 0.33);
-    const double warmth = std::clamp(p["warm"] + 0.45 * hue.value, 0.0, 1.0);
-    stops.push_back({depth, mix(cool.mean(tone, blur), ember.mean(tone, blur), warmth)});
+    const double warmth = std::clamp(p["warm"] + 0.6 * hue.value, 0.0, 1.0);
+    stops.push_back({depth, mix(cool.mean(1.2 * tone, blur), ember.mean(1.2 * tone, blur), warmth)});
   }
   return Ramp(std::move(stops));
 }
@@ -55,7 +55,7 @@ class Agate final : public PointTexture {
         crust_(p["crust"]),
         seed_(p.seed()),
         first_(bandsOf(p, 0)),
-        second_(bandsOf(p, 0.25)),
+        second_(bandsOf(p, 0.16)),
         quartz_({{0, 0xb7b6b8}, {0.5, 0xdad9da}, {1, 0xf7f6f4}}),
         violet_({{0, 0x4a2a6b}, {0.5, 0x8a63ad}, {1, 0xcdb5dd}}),
         crustColor_({{-2, 0x3f352c}, {0, 0x6d5d4d}, {2, 0x9a8a76}}) {}
@@ -97,6 +97,14 @@ class Agate final : public PointTexture {
     return -0.03 * cellAt(domain, 1, seed_ + 3).center;
   }
 
+  /// Uniform in [0, 1], one for each cell.
+  static double toneOf(const Cell& cell, const Footprint& footprint) {
+    const auto shares = cell.shares(0.02, footprint);
+    double tone = 0;
+    for (int i = 0; i < 3; ++i) tone += shares[i] * uniform(cell.hash[i], 1);
+    return tone;
+  }
+
   /// Prisms that grew inwards: facets of one tone each, darker in the depth of the hollow.
   Vec3f crystals(const Place& place, const Varying& depth) const {
     const VaryingPoint domain = 11.0 * place.ball;
@@ -104,15 +112,12 @@ class Agate final : public PointTexture {
     const Cell cell = cellAt(domain, 1, seed_ + 3);
     const Cell facet = cellAt(2.3 * domain, 1, seed_ + 4);
     const double kept = inDomain.kept(kCellSpread), keptFine = inDomain.kept(2.3 * kCellSpread);
-    const double own = shareAbove(cell.wall, 0.02, place.footprint);
-    const double ownFacet = shareAbove(facet.wall, 0.02, place.footprint);
-    const double coarse = mix(uniform(cell.neighbour, 1), uniform(cell.hash, 1), own);
-    const double fine = mix(uniform(facet.neighbour, 1), uniform(facet.hash, 1), ownFacet);
+    const double coarse = toneOf(cell, place.footprint), fine = toneOf(facet, place.footprint);
     const double light = 0.5 + kept * 0.6 * (coarse - 0.5) + keptFine * 0.45 * (fine - 0.5);
     const double violet = amethyst_ * smoothStep(0, 0.7 * crystal_, depth.value);
     const double width = 0.05;
     Vec3f color = mix(quartz_.mean(light, width), violet_.mean(light, width), violet);
-    const double edge = shareWithin(cell.wall, 0.02, 0.05, place.footprint);
+    const double edge = shareWithin(cell.walls[0], 0.02, 0.05, place.footprint);
     return mix(color, linearFromSrgb(0xfaf8fb), 0.35 * kept * edge);
   }
 

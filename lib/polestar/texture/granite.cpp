@@ -11,6 +11,9 @@
 namespace polestar::detail {
 namespace {
 
+/// Places for small flakes along a grain, and how many hold one, over the share of mica.
+constexpr double kFlakes = 2.6, kFlakesShare = 0.55;
+
 class Granite final : public PointTexture {
  public:
   explicit Granite(const Parameters& p)
@@ -30,7 +33,7 @@ class Granite final : public PointTexture {
   TextureSample at(const Place& place) const override {
     // Grains of about the footprint's size: one sample cannot tell which of them are in it.
     const double grains = place.footprint.size() / grain_;
-    const double split = smoothStep(0.22, 0.3, grains) * smoothStep(8, 5, grains);
+    const double split = smoothStep(0.35, 0.45, grains) * (1 - smoothStep(5, 8, grains));
     TextureSample sample;
     sample.gloss = static_cast<float>(polish_);
     if (split < 1) sample.color = color(place);
@@ -55,16 +58,30 @@ class Granite final : public PointTexture {
     const Varying bendX = noise(p, inGrains, seed_, 1.4), bendY = noise(p, inGrains, seed_ + 1, 1.4);
     const VaryingPoint bent(p.x + 0.09 * bendX, p.y + 0.09 * bendY, p.z - 0.06 * (bendX + bendY));
     const Cell cell = cellAt(bent, 1, seed_ + 2);
-    const double own = shareAbove(cell.wall, 0.05, place.footprint);
     // Cleavage and clouds within a grain.
     const Varying cloud = fractalNoise(p, inGrains, {2.5, 3, 0.6}, seed_ + 3);
-    const Vec3f color = mix(mineral(cell.neighbour, cloud.value), mineral(cell.hash, cloud.value), own);
+    const auto shares = cell.shares(0.05, place.footprint);
+    Vec3f color = Vec3f::Zero();
+    for (int i = 0; i < 3; ++i) {
+      if (shares[i] > 0) color += static_cast<float>(shares[i]) * mineral(cell.hash[i], cloud.value);
+    }
 
-    // Small flakes of mica lie in between, too.
-    const Cell flake = cellAt(2.6 * p, 1, seed_ + 4);
-    if (uniform(flake.hash, 1) > 0.7 * micaShare_) return color;
-    const double inside = shareAbove(flake.wall - 0.05, 0.04, place.footprint);
-    return mix(color, mica_.mean(uniform(flake.hash, 2), 0), inside);
+    return withFlakes(place, p, inGrains, color);
+  }
+
+  /// Small flakes of mica lie in between, too.
+  Vec3f withFlakes(const Place& place, const VaryingPoint& p, const Footprint& inGrains,
+                   const Vec3f& grains) const {
+    const double frequency = kFlakesShare * micaShare_;
+    const double kept = inGrains.kept(kFlakes * kCellSpread);
+    Vec3f color = mix(grains, mica_.mean(0.5, 1), (1 - kept) * frequency);
+    const Cell flake = cellAt(kFlakes * p, 1, seed_ + 4);
+    const auto shares = flake.shares(0.04, place.footprint);
+    for (int i = 0; i < 3; ++i) {
+      if (shares[i] == 0 || uniform(flake.hash[i], 1) > frequency) continue;
+      color += static_cast<float>(kept * shares[i]) * (mica_.mean(uniform(flake.hash[i], 2), 0) - grains);
+    }
+    return color.cwiseMax(0.0f);
   }
 
   Vec3f mineral(std::uint32_t hash, double cloud) const {

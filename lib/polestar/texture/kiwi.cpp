@@ -22,7 +22,7 @@ SeedLayout seedLayout(const Parameters& p, double fromCore, std::uint32_t salt) 
   layout.equator = p["core"] + fromCore;
   layout.pole = kCoreHalfLength + 0.5 * fromCore - 0.08;
   layout.around = p.count("locules");
-  layout.rows = 34;
+  layout.rows = 27;
   layout.length = 0.115 * p["seed-size"];
   layout.width = 0.056 * p["seed-size"];
   layout.thickness = 0.05 * p["seed-size"];
@@ -149,7 +149,7 @@ ProceduralTexture kiwi() {
   return {{"kiwi",
            "kiwi fruit: pale core, seeds in locules, green flesh, brown fuzzy skin",
            {{"locules", 30, 8, 80, "chambers around the core, a row of seeds in each"},
-            {"seeds", 0.85, 0, 1, "share of the places for seeds that hold one"},
+            {"seeds", 0.72, 0, 1, "share of the places for seeds that hold one"},
             {"seed-size", 1, 0.3, 1.5, "of a seed, over that of the real fruit"},
             {"core", 0.17, 0.05, 0.4, "radius of the pale core at the equator"},
             {"rays", 0.8, 0, 1, "contrast of the pale rays between the locules"},

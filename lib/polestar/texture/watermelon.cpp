@@ -168,7 +168,7 @@ ProceduralTexture watermelon() {
            {{"stripes", 11, 3, 40, "dark stripes around the skin"},
             {"jaggedness", 1, 0, 2, "how torn the edges of the stripes are"},
             {"rind", 0.15, 0.05, 0.4, "thickness of the rind"},
-            {"seeds", 0.6, 0, 1, "share of the places for seeds that hold one"},
+            {"seeds", 0.7, 0, 1, "share of the places for seeds that hold one"},
             {"seed-size", 1, 0.3, 1.5, "of a seed, over that of the real fruit"},
             kSeedParameter}},
           makeOf<Watermelon>};

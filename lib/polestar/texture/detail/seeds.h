@@ -33,8 +33,8 @@ struct Seed {
   double share(double scale, double softness, const Footprint& footprint) const;
 };
 
-/// The seed of the cell around `ball`; not present where there is none near. Seeds that are smaller than the
-/// footprint are told by their density.
+/// The seed that `ball` is in or nearest to; not present where there is none near. Seeds that are smaller
+/// than the footprint are told by their density.
 Seed seedNear(const VaryingPoint& ball, const Footprint& footprint, const SeedLayout& layout);
 
 }  // namespace polestar::detail
