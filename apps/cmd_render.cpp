@@ -124,7 +124,7 @@ class RenderCommand final : public Command {
     app.add_option("--turntable", turntable_,
                    "Turn the solid by this over the frames; default 360 for one input, 0 for a sequence")
         ->type_name("DEGREES");
-    app.add_flag("--no-aovs", noAovs_, "An .exr with colors alone: no Z, N, ball, G, id");
+    app.add_flag("--no-aovs", noAovs_, "An .exr with colors alone: no Z, N, ball, green, id");
     app.add_option("--ocio-display", ocioDisplay_,
                    "Of the OpenColorIO configuration that $OCIO names: its display for a .png; default the "
                    "configuration's own")
