@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "cli/dry_run.h"
+#include "cli/grid_size.h"
 #include "cli/map_input.h"
 #include "cli/outputs.h"
 #include "cli/solid_input.h"
@@ -21,7 +22,7 @@ constexpr int kDefaultDim = 128;
 constexpr int kPaddingVoxels = 3;
 constexpr std::size_t kRoundTrips = 50000;
 // surface, density and green are floats, rest is three of them.
-constexpr std::uint64_t kBytesPerVoxel = 3 * 4 + 12;
+constexpr double kBytesPerVoxel = 3 * 4 + 12;
 
 class MapCommand final : public Command {
  public:
@@ -34,14 +35,7 @@ class MapCommand final : public Command {
 
   void addOptions(CLI::App& app) override {
     app.add_option("MESH", mesh_, "Surface mesh: .obj, .ply, .stl or .off")->required()->type_name("");
-    CLI::Option* voxel = app.add_option("--voxel", voxel_, "Size of a voxel, mesh units")
-                             ->check(CLI::PositiveNumber.description(""))
-                             ->type_name("S");
-    app.add_option("--dim", dim_, "Voxels along the longest side")
-        ->check(CLI::Range(4, 1 << 20).description(""))
-        ->capture_default_str()
-        ->excludes(voxel)
-        ->type_name("N");
+    size_.addOptions(app, "the mesh's", kDefaultDim);
     addMapOptions(app, choices_);
     app.add_flag(
         "--exact", exact_,
@@ -82,17 +76,8 @@ class MapCommand final : public Command {
  private:
   void planOutputs(const std::vector<fs::path>& outputs, Session& session) const {
     const Box box = boundingBox(loadMesh(mesh_, session).mesh);
-    const double voxel = voxel_ > 0 ? voxel_ : box.extent().maxCoeff() / dim_;
-    std::string size;
-    double voxels = 1;
-    for (int axis = 0; axis < 3; ++axis) {
-      const double count = std::ceil(box.extent()[axis] / voxel) + 2 * kPaddingVoxels;
-      voxels *= count;
-      size += (axis ? " x " : "") + shortNumber(count);
-    }
-    std::vector<PlannedFile> files{
-        {outputs[0], "grids surface, density, rest, green in " + size + " voxels of " + shortNumber(voxel),
-         static_cast<std::uint64_t>(std::min(voxels * kBytesPerVoxel, 1e18))}};
+    std::vector<PlannedFile> files{plannedGrids(outputs[0], "surface, density, rest, green", box,
+                                                size_.voxelSize(box), kPaddingVoxels, kBytesPerVoxel)};
     if (outputs.size() > 1) files.push_back({outputs[1], "the map itself", std::nullopt});
     describePlan(session, files);
   }
@@ -103,7 +88,7 @@ class MapCommand final : public Command {
     Context& context = session.context();
     const BallMap map = makeMap(mesh_, choices_, session);
     const TriMesh& mesh = map.chart().green().shape().surface().mesh();
-    const double voxel = voxel_ > 0 ? voxel_ : voxelSizeFor(mesh, dim_);
+    const double voxel = size_.voxelSize(boundingBox(mesh));
     SolidGrids grids = session.timed("sample", [&] { return sample(map, voxel, session); });
     const FilteredGrids filtered = session.timed("filter", [&] { return filterCells(grids, context); });
     session.json()["filtered"] = {{"voxels", filtered.voxels},
@@ -254,8 +239,7 @@ class MapCommand final : public Command {
   }
 
   fs::path mesh_;
-  int dim_ = kDefaultDim;
-  double voxel_ = 0;  // 0: by dim_
+  GridSize size_;
   MapChoices choices_;
   bool exact_ = false;
   bool keepFailed_ = false;

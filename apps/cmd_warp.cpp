@@ -10,6 +10,7 @@
 #include <Eigen/LU>
 
 #include "cli/dry_run.h"
+#include "cli/grid_size.h"
 #include "cli/outputs.h"
 #include "cli/points.h"
 #include "cli/solid_input.h"
@@ -225,14 +226,7 @@ class WarpCommand final : public Command {
         ->check(CLI::NonNegativeNumber.description(""))
         ->capture_default_str()
         ->type_name("E");
-    voxelOption_ = app.add_option("--voxel", voxel_, "Of grids: size of a voxel, units of the output")
-                       ->check(CLI::PositiveNumber.description(""))
-                       ->type_name("S");
-    dimOption_ = app.add_option("--dim", dim_, "Of grids: voxels along the output's longest side")
-                     ->check(CLI::Range(4, 1 << 20).description(""))
-                     ->capture_default_str()
-                     ->excludes(voxelOption_)
-                     ->type_name("N");
+    size_.addOptions(app, "of grids, the output's", kDefaultDim);
     app.add_flag("--keep-failed", keepFailed_,
                  "Keep a mesh whose tetrahedra turned over or went flat (exit code 6)");
   }
@@ -268,7 +262,7 @@ class WarpCommand final : public Command {
       throw Error(Errc::usage, "the output " + output.string() + " does not end in " + form.endings +
                                    ", as a " + form.name + " has to");
     }
-    if (kind != Kind::grids && (voxelOption_->count() > 0 || dimOption_->count() > 0))
+    if (kind != Kind::grids && size_.given())
       throw Error(Errc::usage, "--voxel and --dim are for grids; " + input_.string() + " holds none");
     if (isStandardStream(output)) {
       if (session.options().json)
@@ -450,9 +444,7 @@ class WarpCommand final : public Command {
     const Route route = loadRoute(session);
     route.describe(session.json());
     const VolumeMap& map = route.map();
-    const WarpGridsOptions options{
-        .box = route.targetBox(),
-        .voxelSize = voxel_ > 0 ? voxel_ : route.targetBox().extent().maxCoeff() / dim_};
+    const WarpGridsOptions options{.box = route.targetBox(), .voxelSize = size_.voxelSize(route.targetBox())};
     const GridWarp warp{
         [&](std::span<const Vec3> after, std::span<Vec3> before) { map.inverse(after, before); },
         [&](std::span<const Vec3> before, std::span<Vec3> after) { map.forward(before, after); },
@@ -492,9 +484,7 @@ class WarpCommand final : public Command {
 
   fs::path input_;
   RouteChoices choices_;
-  double voxel_ = 0;  // 0: by dim_
-  int dim_ = kDefaultDim;
-  CLI::Option *voxelOption_ = nullptr, *dimOption_ = nullptr;
+  GridSize size_;
   bool keepFailed_ = false;
   std::string failure_;  // of a mesh that was written all the same
 };

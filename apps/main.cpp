@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
   commands.push_back(makeEvalCommand());
   commands.push_back(makeVerifyCommand());
   commands.push_back(makeInfoCommand());
+  commands.push_back(makeTransferCommand());
   commands.push_back(makeRenderCommand());
   commands.push_back(makeWarpCommand());
   return runCommandLine(commands, argc, argv);

@@ -14,6 +14,7 @@ namespace polestar::verify {
 namespace {
 
 constexpr double kUlp = std::numeric_limits<double>::epsilon();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Of lengths near 1 that were computed in a few steps.
 constexpr double kRounding = 1e-12;
 
@@ -201,8 +202,9 @@ void judgeAttachment(const PmapContents& map, Report& report) {
           8 * kUlp *
           ((std::abs(map.vertices[i][k]) + std::abs(map.center[k])) / map.unit + std::abs(moved[k]));
       const double off = std::abs(moved[k] - map.nodes[i][k]);
-      const double share = off == 0 ? 0 : off / allowed;
-      if (!(share <= worst)) worst = share, at = i;
+      double share = off == 0 ? 0 : off / allowed;
+      if (!(off < kInfinity)) share = kInfinity;  // overflowed, and what is allowed with it
+      if (share > worst) worst = share, at = i;
     }
   }
   report.atMost("boundary_attached", worst, 1, false,
@@ -213,10 +215,10 @@ void judgeAttachment(const PmapContents& map, Report& report) {
 
 void judgeLevels(const PmapContents& map, Report& report) {
   const std::size_t n = map.vertices.size();
-  double spread = 0, off = 0, offLevels = 0, previous = std::numeric_limits<double>::infinity();
+  double spread = 0, off = 0, offLevels = 0, previous = kInfinity;
   std::size_t rising = 0, spreadAt = 0;
   for (std::size_t level = 0; level < map.levels; ++level) {
-    double low = std::numeric_limits<double>::infinity(), high = 0;
+    double low = kInfinity, high = 0;
     for (std::size_t i = level * n; i < (level + 1) * n; ++i) {
       if (!map.moved.empty() && map.moved[i] && level > 0) continue;
       const double radius = length(map.ball[i]);
@@ -244,7 +246,11 @@ void judgeLevels(const PmapContents& map, Report& report) {
                 map.radiusIsOfGreen
                     ? "radii are off the stated levels by " + shortNumber(offLevels) + " at most"
                     : "radii are another function of the stated levels");
-  const double center = std::max(length(map.nodes.back()), length(map.ball.back()));
+  // By components: the length of (1e-300, 0, 0) is 0 in doubles.
+  double center = 0;
+  for (const Vec3* node : {&map.nodes.back(), &map.ball.back()}) {
+    for (int k = 0; k < 3; ++k) center = std::max(center, std::abs((*node)[k]));
+  }
   report.atMost("center", center, 0, true,
                 center == 0 ? "the center goes to the center" : "the last node is not the center");
 }

@@ -33,7 +33,9 @@ bool judgeValues(const VoxelSolid& solid, Report& report) {
                                      std::to_string(solid.undefinedGreen) + " no green");
   std::size_t notFinite = solid.notFiniteSurface, first = solid.count();
   for (std::size_t v = 0; v < solid.count(); ++v) {
-    if (isFinite(toDouble(solid.rest[v])) && std::isfinite(solid.green[v])) continue;
+    // Distances are finite in the file, but not in voxels that floats take for 0.
+    if (isFinite(toDouble(solid.rest[v])) && std::isfinite(solid.green[v]) && std::isfinite(solid.surface[v]))
+      continue;
     ++notFinite;
     first = std::min(first, v);
   }

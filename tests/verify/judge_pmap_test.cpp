@@ -125,9 +125,27 @@ TEST(JudgePmap, LevelsOfTheBallAreSpheresThatShrink) {
   EXPECT_THAT(failures(judgePmap(map)), IsEmpty());
   map.radii[2] = 0.75;
   EXPECT_THAT(failures(judgePmap(map)), ElementsAre("ball_radii"));
+  // The smallest number refuses, too: squares of such vanish.
+  for (const double off : {1e-3, -1e-300, std::numeric_limits<double>::denorm_min()}) {
+    map = coneMap(icosphere(1), 4);
+    map.ball.back().x = off;
+    EXPECT_THAT(failures(judgePmap(map)), ElementsAre("center")) << off;
+    map = coneMap(icosphere(1), 4);
+    map.nodes.back().z = off;
+    EXPECT_THAT(failures(judgePmap(map)), ElementsAre("center")) << off;
+  }
+}
+
+TEST(JudgePmap, AVertexBeyondAllNumbersIsOffTheSurface) {
+  PmapContents map = coneMap(icosphere(1), 4);
+  map.unit = 0.5;
+  for (auto& p : map.vertices) p = 0.5 * p;
+  EXPECT_THAT(failures(judgePmap(map)), IsEmpty());
+  map.vertices[7].y = 1.7e308;  // infinite once it is scaled
+  EXPECT_THAT(failures(judgePmap(map)), ElementsAre("boundary_attached"));
   map = coneMap(icosphere(1), 4);
-  map.ball.back().x = 1e-3;
-  EXPECT_THAT(failures(judgePmap(map)), ElementsAre("center"));
+  map.unit = 1e-310;
+  EXPECT_THAT(failures(judgePmap(map)), ElementsAre("boundary_attached"));
 }
 
 TEST(JudgePmap, SurfacesThatAreNone) {

@@ -242,6 +242,9 @@ TEST(JudgeVdb, ValuesThatAreNone) {
   solid.notFiniteSurface = 1;
   EXPECT_THAT(failures(judgeVdb(solid)), ElementsAre("finite"));
   solid = good;
+  solid.surface[300] = -infinite;
+  EXPECT_THAT(failures(judgeVdb(solid)), ElementsAre("finite"));
+  solid = good;
   solid.undefinedRest = 3;
   EXPECT_THAT(failures(judgeVdb(solid)), ElementsAre("defined"));
   solid = good;
@@ -253,6 +256,20 @@ TEST(JudgeVdb, ValuesThatAreNone) {
   solid = good;
   solid.center.x = -7;
   EXPECT_EQ(reason(judgeVdb(solid)), "pole");
+}
+
+TEST(JudgeVdb, MetadataNextToNothing) {
+  const VoxelSolid good = voxelize(exactBall(kPole), 32);
+  constexpr double kTiny = 1e-300;
+  VoxelSolid solid = good;
+  solid.harmonicRadius = kTiny;
+  EXPECT_EQ(reason(judgeVdb(solid)), "harmonic_radius");
+  solid = good;
+  solid.center = {kTiny, kTiny, kTiny};
+  EXPECT_EQ(reason(judgeVdb(solid)), "pole");
+  solid = good;
+  solid.greenCap = kTiny;
+  EXPECT_EQ(reason(judgeVdb(solid)), "green_range");
 }
 
 TEST(JudgeVdb, OtherRadiiNeedOnlyRiseFromThePoleToTheSurface) {

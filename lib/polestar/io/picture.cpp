@@ -25,8 +25,6 @@ float srgbFromLinear(float x) {
   return x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f;
 }
 
-float srgbToLinear(float x) { return x <= 0.04045f ? x / 12.92f : std::pow((x + 0.055f) / 1.055f, 2.4f); }
-
 /// Ordered dither in (-1/2, 1/2): the fractional parts of a plane with golden-ratio-like slopes, whose errors
 /// lie at high spatial frequencies.
 float dither(int x, int y) {
@@ -70,9 +68,13 @@ float displayValue(float linear) {
   return std::min(1.0f, srgbFromLinear(shoulder(linear)));
 }
 
+float linearFromSrgbValue(float code) {
+  return code <= 0.04045f ? code / 12.92f : std::pow((code + 0.055f) / 1.055f, 2.4f);
+}
+
 Vec3f linearFromSrgb(std::uint32_t rgb) {
-  return {srgbToLinear(((rgb >> 16) & 255) / 255.0f), srgbToLinear(((rgb >> 8) & 255) / 255.0f),
-          srgbToLinear((rgb & 255) / 255.0f)};
+  return {linearFromSrgbValue(((rgb >> 16) & 255) / 255.0f), linearFromSrgbValue(((rgb >> 8) & 255) / 255.0f),
+          linearFromSrgbValue((rgb & 255) / 255.0f)};
 }
 
 void writePicture(const std::filesystem::path& path, const Picture& picture, const PictureText& text,

@@ -58,7 +58,10 @@ class DisplayView;
 /// values give 0.
 float displayValue(float linear);
 
-/// Inverse of the sRGB curve alone: "#rrggbb" (0xrrggbb) as scene-linear color.
+/// Inverse of the sRGB curve (IEC 61966-2-1): code value in [0, 1] -> light.
+float linearFromSrgbValue(float code);
+
+/// "#rrggbb" (0xrrggbb) as scene-linear color.
 Vec3f linearFromSrgb(std::uint32_t rgb);
 
 /// Writes an 8-bit PNG through the view transform, or through `display`, if there is one, with a fixed

@@ -70,10 +70,13 @@ NodeImages imagesOfNodes(const GreenChart& chart, const CoreIsotopy& isotopy, st
 }
 
 // Turns over the few cells that the blend of the core leaves inverted, by moving images within their levels
-// below the core's outermost. Fails by leaving `images` as they were.
+// below the core's outermost. Fails by leaving `images` as they were; where they are many, at once: that is
+// not what moving a few images can mend, and it would take minutes to find out.
 bool untangleCore(const Foliation& f, double coreRadius, const RadiusProfile& profile,
                   std::vector<Vec3>& images) {
   constexpr int kRings[] = {1, 2, 4};
+  // A share of the core's cells, or so many of a small one; where it succeeded there were 25 at most.
+  constexpr double kMostShare = 1e-3, kFew = 100;
   const auto outer =
       std::find_if(f.levels.begin(), f.levels.end(), [&](double r) { return r < coreRadius; }) - 1;
   const auto skipped = static_cast<std::ptrdiff_t>(f.vertexCount) * (outer - f.levels.begin());
@@ -82,7 +85,10 @@ bool untangleCore(const Foliation& f, double coreRadius, const RadiusProfile& pr
   core.triangles = f.triangles;
   core.levels.assign(outer, f.levels.end());
   core.nodes.assign(images.begin() + skipped, images.end());
-  if (countCells(core).bad() < countCells(f, images).bad()) return false;  // some lie above
+  const std::size_t bad = countCells(core).bad();
+  const double most = std::max(kFew, kMostShare * static_cast<double>(core.cellCount()));
+  if (static_cast<double>(bad) > most) return false;
+  if (bad < countCells(f, images).bad()) return false;  // some lie above
   for (const int rings : kRings) {
     for (const std::size_t id : untangle(core, rings, Context::quiet()).movedNodes) {
       Vec3& image = core.nodes[id];
@@ -191,11 +197,11 @@ Vec3 BallMap::Data::invert(const Vec3& y, std::size_t& hint) const {
   Preimage best = improve(guess(y), y, hint);
   if (best.miss < kAcceptable) return best.x;
   // The right cell to start in costs a second tree; few points need it.
-  if (const std::optional<Vec3> start = table.linearInverse(y)) {
-    const Preimage second = improve(*start, y, hint);
+  if (const auto start = table.linearInverse(y)) {
+    const Preimage second = improve(start->x, y, hint);
     if (second.miss < best.miss) best = second;
     if (best.miss < kAcceptable) return best.x;
-    if (const std::optional<Vec3> found = table.inverseNear(y, *start)) return *found;
+    if (const std::optional<Vec3> found = table.inverseNear(y, start->cell)) return *found;
   }
   // R reaches 1 a little inside where h is interpolated: accept what lies that close to the boundary.
   const double nearBoundary = 1e-3 * std::max(1.0, radius.derivative(1));

@@ -3,6 +3,7 @@
 
 #include "polestar/io/picture.h"
 #include "polestar/texture/detail/cells.h"
+#include "polestar/texture/detail/hash.h"
 #include "polestar/texture/detail/noise.h"
 #include "polestar/texture/detail/point_texture.h"
 #include "polestar/texture/detail/procedural_texture.h"
@@ -21,21 +22,21 @@ class Agate final : public PointTexture {
         crust_(p["crust"]),
         warm_(p["warm"]),
         seed_(p.seed()),
-        cool_({{-2.4, 0x3a4b5c},
-               {-1.4, 0x5f7d93},
-               {-0.7, 0x8fa9b8},
-               {-0.2, 0xd8dfe0},
-               {0.1, 0xf3f0ea},
-               {0.5, 0xb9c4c8},
-               {1.1, 0x7891a1},
+        cool_({{-2.4, 0x3f4a57},
+               {-1.4, 0x6b7f8f},
+               {-0.7, 0x9aabb4},
+               {-0.25, 0xd5d9d8},
+               {0.05, 0xf3f0ea},
+               {0.5, 0xbcc3c4},
+               {1.1, 0x83939d},
                {2.2, 0xe3e0d8}}),
-        ember_({{-2.4, 0x5a2413},
-                {-1.4, 0x8e3d1c},
-                {-0.7, 0xb8632f},
-                {-0.2, 0xe6c9a0},
-                {0.1, 0xf5ead6},
-                {0.5, 0xd69a56},
-                {1.1, 0xa6502a},
+        ember_({{-2.4, 0x571f10},
+                {-1.4, 0x8b3a1a},
+                {-0.7, 0xb9652f},
+                {-0.25, 0xe4c59a},
+                {0.05, 0xf6ecd9},
+                {0.5, 0xdba35f},
+                {1.1, 0xa34e28},
                 {2.2, 0xe9d3b0}}),
         quartz_({{0, 0xb7b6b8}, {0.5, 0xdad9da}, {1, 0xf7f6f4}}),
         violet_({{0, 0x4a2a6b}, {0.5, 0x8a63ad}, {1, 0xcdb5dd}}),
@@ -45,10 +46,10 @@ class Agate final : public PointTexture {
   TextureSample at(const Place& place) const override {
     const Footprint& footprint = place.footprint;
     const VaryingPoint& p = place.ball;
-    // The cavity's wall is uneven; layer by layer the bands smooth it out, but keep its large bulges.
-    const Varying bulge = fractalNoise(1.6 * p, footprint.in(1.6 * p), {4, 0.42}, seed_);
-    const Varying calm = place.radius * place.radius;
-    const Varying depth = 1.0 - crust_ - place.radius + 0.11 * warp_ * bulge * (0.3 + 0.7 * calm);
+    // The bands begin as the crust's even wall and get their bulges on the way in.
+    const Varying bulge = fractalNoise(p, footprint, {1.7, 3, 0.36}, seed_);
+    const Varying depth =
+        1.0 - crust_ - place.radius + 0.075 * warp_ * bulge * (1.0 - place.radius * place.radius);
 
     TextureSample sample;
     sample.color = chalcedony(place, depth, bulge);
@@ -58,7 +59,7 @@ class Agate final : public PointTexture {
     if (inside > 0) sample.color = mix(sample.color, crystals(place, depth - hollow), inside);
     const double crusted = shareAbove(-1.0 * depth, 0.01, footprint);
     if (crusted > 0) {
-      const Varying rough = fractalNoise(9.0 * p, footprint.in(9.0 * p), {5, 0.6}, seed_ + 9);
+      const Varying rough = fractalNoise(p, footprint, {9.0, 5, 0.6}, seed_ + 9);
       sample.color = mix(sample.color, crustColor_.mean(rough, footprint), crusted);
       sample.gloss *= static_cast<float>(1 - crusted);
       sample.heightGradient = 0.012 * crusted * rough.gradient;
@@ -70,8 +71,8 @@ class Agate final : public PointTexture {
   /// of a line, so each fades when it is too fine.
   Vec3f chalcedony(const Place& place, const Varying& depth, const Varying& bulge) const {
     const Footprint& footprint = place.footprint;
-    const VaryingPoint broad(bands_ * 0.4 * depth, 0.17 * bulge, 0.0);
-    const Varying tone = fractalNoise(broad, footprint.in(broad), {5, 0.72}, seed_ + 1);
+    const VaryingPoint broad(bands_ * 0.4 * depth, 0.12 * bulge, 0.0);
+    const Varying tone = fractalNoise(broad, footprint.in(broad), {1, 5, 0.72}, seed_ + 1);
     const VaryingPoint slow(bands_ * 0.13 * depth, 0.0, 0.0);
     const Varying hue = noise(slow, footprint.in(slow), seed_ + 2);
     const double warmth = std::clamp(warm_ + 0.45 * hue.value, 0.0, 1.0);

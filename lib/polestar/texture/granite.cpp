@@ -2,6 +2,7 @@
 
 #include "polestar/io/picture.h"
 #include "polestar/texture/detail/cells.h"
+#include "polestar/texture/detail/hash.h"
 #include "polestar/texture/detail/noise.h"
 #include "polestar/texture/detail/point_texture.h"
 #include "polestar/texture/detail/procedural_texture.h"
@@ -19,10 +20,10 @@ class Granite final : public PointTexture {
         pink_(p["pink"]),
         polish_(p["polish"]),
         seed_(p.seed()),
-        feldspar_({{0, 0xd9d2c6}, {0.5, 0xe6e1d8}, {1, 0xf0ece4}}),
-        pinkFeldspar_({{0, 0xb9806a}, {0.5, 0xcf9a83}, {1, 0xdfb5a0}}),
-        quartz_({{0, 0x76767a}, {0.5, 0x93928f}, {1, 0xb3b0aa}}),
-        mica_({{0, 0x151517}, {0.7, 0x232325}, {1, 0x4a4844}}) {}
+        feldspar_({{0, 0xb9b1a6}, {0.5, 0xd6cfc5}, {1, 0xefe9e0}}),
+        pinkFeldspar_({{0, 0xb08470}, {0.5, 0xcda08b}, {1, 0xe3bfac}}),
+        quartz_({{0, 0x77767a}, {0.5, 0x9c9a98}, {1, 0xc4c0ba}}),
+        mica_({{0, 0x1a1a1c}, {0.7, 0x303032}, {1, 0x65625d}}) {}
 
  private:
   TextureSample at(const Place& place) const override {
@@ -30,13 +31,12 @@ class Granite final : public PointTexture {
     const VaryingPoint p = (1 / grain_) * place.ball;
     const Footprint inGrains = footprint.in(p);
     // Grains are not convex: their walls are bent by noise.
-    const Varying bendX = noise(1.4 * p, inGrains.scaled(1.4), seed_),
-                  bendY = noise(1.4 * p, inGrains.scaled(1.4), seed_ + 1);
-    const VaryingPoint bent(p.x + 0.22 * bendX, p.y + 0.22 * bendY, p.z - 0.16 * (bendX + bendY));
+    const Varying bendX = noise(p, inGrains, seed_, 1.4), bendY = noise(p, inGrains, seed_ + 1, 1.4);
+    const VaryingPoint bent(p.x + 0.09 * bendX, p.y + 0.09 * bendY, p.z - 0.06 * (bendX + bendY));
     const Cell cell = cellAt(bent, 1, seed_ + 2);
-    const double own = shareAbove(cell.wall, 0.03, footprint);
+    const double own = shareAbove(cell.wall, 0.05, footprint);
     // Cleavage and clouds within a grain.
-    const Varying cloud = fractalNoise(2.5 * p, inGrains.scaled(2.5), {3, 0.6}, seed_ + 3);
+    const Varying cloud = fractalNoise(p, inGrains, {2.5, 3, 0.6}, seed_ + 3);
     TextureSample sample;
     sample.color = mix(mineral(cell.neighbour, cloud.value), mineral(cell.hash, cloud.value), own);
     addFlakes(place, p, inGrains, sample);
@@ -49,7 +49,7 @@ class Granite final : public PointTexture {
 
   Vec3f mineral(std::uint32_t hash, double cloud) const {
     const double kind = uniform(hash, 1);
-    const double tone = std::clamp(0.2 + 0.6 * uniform(hash, 2) + 0.1 * cloud, 0.0, 1.0);
+    const double tone = std::clamp(0.1 + 0.8 * uniform(hash, 2) + 0.16 * cloud, 0.0, 1.0);
     if (kind < micaShare_) return mica_.mean(tone, 0);
     if (kind < micaShare_ + (1 - micaShare_) * quartzShare_) return quartz_.mean(tone, 0);
     return (uniform(hash, 3) < pink_ ? pinkFeldspar_ : feldspar_).mean(tone, 0);
@@ -84,10 +84,10 @@ class Granite final : public PointTexture {
 ProceduralTexture granite() {
   return {{"granite",
            "granite: grains of feldspar, quartz and mica",
-           {{"grain", 0.075, 0.01, 0.5, "size of the grains"},
+           {{"grain", 0.06, 0.01, 0.5, "size of the grains"},
             {"quartz", 0.38, 0, 1, "share of quartz in what is not mica"},
-            {"mica", 0.16, 0, 1, "share of black mica"},
-            {"pink", 0.3, 0, 1, "share of pink in the feldspar"},
+            {"mica", 0.12, 0, 1, "share of black mica"},
+            {"pink", 0.35, 0, 1, "share of pink in the feldspar"},
             {"polish", 0.7, 0, 1, "gloss of the surface"},
             kSeedParameter}},
           makeOf<Granite>};

@@ -2,6 +2,7 @@
 
 #include "polestar/io/picture.h"
 #include "polestar/texture/detail/fan.h"
+#include "polestar/texture/detail/hash.h"
 #include "polestar/texture/detail/noise.h"
 #include "polestar/texture/detail/point_texture.h"
 #include "polestar/texture/detail/procedural_texture.h"
@@ -80,7 +81,7 @@ class Kiwi final : public FiberTexture {
     const Footprint& footprint = place.footprint;
     const VaryingPoint& p = place.ball;
     const Fan fan(p, kAxisHalfLength);
-    const Varying mottle = fractalNoise(7.0 * p, footprint.in(7.0 * p), {3, 0.55}, seed_);
+    const Varying mottle = fractalNoise(p, footprint, {7.0, 3, 0.55}, seed_);
     const Varying streaks = fanStreaks(fan, footprint, {0.014, 14}, seed_ + 1);
 
     // 1 at the surface of the core, growing outwards; rays reach into the flesh.
@@ -124,10 +125,10 @@ class Kiwi final : public FiberTexture {
   /// Short hairs that lie along the meridians, a little curled, over a rough brown skin.
   TextureSample skin(const Place& place) const {
     const VaryingPoint& p = place.ball;
-    const Varying curl = noise(3.0 * p, place.footprint.in(3.0 * p), seed_ + 5);
+    const Varying curl = noise(p, place.footprint, seed_ + 5, 3.0);
     const VaryingPoint hairs(70.0 * p.x + 1.5 * curl, 70.0 * p.y - 1.5 * curl, 16.0 * p.z);
-    const Varying hair = fractalNoise(hairs, place.footprint.in(hairs), {2, 0.8}, seed_ + 6);
-    const Varying rough = fractalNoise(5.0 * p, place.footprint.in(5.0 * p), {5, 0.7}, seed_ + 7);
+    const Varying hair = fractalNoise(hairs, place.footprint.in(hairs), {1, 2, 0.8}, seed_ + 6);
+    const Varying rough = fractalNoise(p, place.footprint, {5.0, 5, 0.7}, seed_ + 7);
     const Varying tone = 0.9 * rough + 0.7 * fuzz_ * hair;
     TextureSample sample;
     sample.color = skinColor_.mean(tone, place.footprint);

@@ -6,6 +6,7 @@
 #include "polestar/io/picture.h"
 #include "polestar/texture/detail/cells.h"
 #include "polestar/texture/detail/fan.h"
+#include "polestar/texture/detail/hash.h"
 #include "polestar/texture/detail/noise.h"
 #include "polestar/texture/detail/point_texture.h"
 #include "polestar/texture/detail/procedural_texture.h"
@@ -80,13 +81,13 @@ class Orange final : public FiberTexture {
   TextureSample inside(const Place& place) const {
     const Footprint& footprint = place.footprint;
     const VaryingPoint& p = place.ball;
-    const Varying wobble = noise(4.0 * p, footprint.in(4.0 * p), seed_ + 1);
+    const Varying wobble = noise(p, footprint, seed_ + 1, 4.0);
     const Segment segment = segmentAt(place, wobble);
     const double pulp = shareAbove(segment.depth, 0.004, footprint);
 
     TextureSample sample;
     if (pulp < 1) {
-      const Varying fibers = fractalNoise(11.0 * p, footprint.in(11.0 * p), {4, 0.65}, seed_ + 2);
+      const Varying fibers = fractalNoise(p, footprint, {11.0, 4, 0.65}, seed_ + 2);
       sample.color = white_.mean(fibers, footprint);
       // Towards the center the walls are thin enough to shine through.
       const double thin = smoothStep(0.9 - zest_ - pith_, 0.5, place.radius.value);
@@ -146,7 +147,7 @@ class Orange final : public FiberTexture {
     const Footprint inDomain = place.footprint.in(domain);
     const Cell pore = cellAt(domain, 0.8, seed_ + 3);
     const double kept = inDomain.kept(kCellSpread);
-    const Varying tone = fractalNoise(2.0 * p, place.footprint.in(2.0 * p), {3, 0.5}, seed_ + 5);
+    const Varying tone = fractalNoise(p, place.footprint, {2.0, 3, 0.5}, seed_ + 5);
     const double pit = std::exp(-6 * pore.center.value * pore.center.value);
     TextureSample sample;
     sample.color = skinColor_.mean(tone - 0.7 * mix(0.3, pit, kept), place.footprint);

@@ -49,10 +49,16 @@ void TextureRoute::backOut(std::span<Vec3> ball) const {
 }
 
 void TextureRoute::jacobian(std::span<const Vec3> target, std::span<Mat3> derivative) const {
-  std::vector<Vec3> ball(target.size());
+  std::vector<Vec3> ball(target.size()), solid(target.begin(), target.end());
   std::vector<Mat3> next(target.size());
-  target_.forward(target, ball);
-  target_.jacobian(target, derivative);
+  std::vector<double> green(target.size());
+  target_.sample(target, ball, green);
+  for (std::size_t i = 0; i < target.size(); ++i) {
+    if (ball[i].norm() <= kFartherInside) continue;
+    ball[i] *= kFartherInside / ball[i].norm();
+    target_.inverse({&ball[i], 1}, {&solid[i], 1});
+  }
+  target_.jacobian(solid, derivative);
   motion_.jacobian(ball, next);
   for (std::size_t i = 0; i < target.size(); ++i) derivative[i] = next[i] * derivative[i];
   if (!source_) return;

@@ -19,7 +19,7 @@ class TextureRoute {
   /// is taken for the point of its surface on the ray to the center. NaN where a map has no answer, which is
   /// rounding on surfaces.
   void map(std::span<const Vec3> target, std::span<Vec3> place) const;
-  /// Its derivative at points inside; NaN outside.
+  /// Its derivative; outside, that of the point of the surface. NaN where a map has no answer.
   void jacobian(std::span<const Vec3> target, std::span<Mat3> derivative) const;
   /// The way back.
   void inverse(std::span<const Vec3> place, std::span<Vec3> target) const;

@@ -101,8 +101,8 @@ Transfer fill(const TextureRoute& route, const std::vector<Output>& outputs, boo
       true, context);
   result.report.voxels = result.grids.activeVoxels();
   result.report.unanswered = unanswered;
-  result.report.leaves = imager.leaves();
-  result.report.interpolatedLeaves = imager.interpolatedLeaves();
+  result.report.blocks = imager.blocks();
+  result.report.interpolated = imager.interpolatedBlocks();
   return result;
 }
 

@@ -32,10 +32,10 @@ struct TransferReport {
     std::string note;  ///< what to know about it; empty where there is nothing
   };
   std::vector<Grid> grids;
-  std::size_t voxels = 0;              ///< filled, padding included
-  std::size_t unanswered = 0;          ///< of these: where the maps had no answer, left without a value
-  std::size_t interpolatedLeaves = 0;  ///< of
-  std::size_t leaves = 0;
+  std::size_t voxels = 0;        ///< filled, padding included
+  std::size_t unanswered = 0;    ///< of these: where the maps had no answer, left without a value
+  std::size_t interpolated = 0;  ///< of the blocks of 4^3 voxels: where the map was interpolated
+  std::size_t blocks = 0;
 };
 
 struct Transfer {

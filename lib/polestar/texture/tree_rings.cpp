@@ -32,7 +32,7 @@ class TreeRings final : public FiberTexture {
         // By age: heartwood, sapwood under the bark.
         early_({{0, 0xc79660}, {0.5, 0xd0a06a}, {0.72, 0xd8ad78}, {0.8, 0xe6c697}, {1, 0xead0a4}}),
         late_({{0, 0x7a4a26}, {0.5, 0x86552e}, {0.72, 0x94623a}, {0.8, 0xb98a58}, {1, 0xc1946a}}),
-        barkColor_({{-2.2, 0x211812}, {-0.8, 0x3d2e23}, {0.2, 0x5e4a3a}, {1.2, 0x7b6654}, {2.4, 0x9a8877}}) {}
+        barkColor_({{-2.2, 0x2a1f17}, {-0.9, 0x47372a}, {0.2, 0x6d5846}, {1.2, 0x8d7763}, {2.4, 0xad9c8a}}) {}
 
  private:
   /// The trunk's own coordinates: about the pith, turned back by the spiral of the grain.
@@ -60,10 +60,10 @@ class TreeRings final : public FiberTexture {
     const Varying x = b.x - kPithX, y = b.y - kPithY;
     const Varying turn = spiral_ * b.z, c = cos(turn), s = sin(turn);
     Trunk trunk{{c * x + s * y, c * y - s * x, b.z}, {}};
-    const VaryingPoint slow(1.3 * trunk.p.x, 1.3 * trunk.p.y, 0.5 * trunk.p.z);
-    const Varying bend = fractalNoise(slow, place.footprint.in(slow), {3, 0.45}, seed_);
+    const VaryingPoint slow(1.4 * trunk.p.x, 1.4 * trunk.p.y, 0.45 * trunk.p.z);
+    const Varying bend = fractalNoise(slow, place.footprint.in(slow), {1, 3, 0.2}, seed_);
     const Varying across = hypot(trunk.p.x, trunk.p.y);
-    trunk.age = across * (1.0 + kTaper * b.z * b.z) * (1.0 + 0.08 * wobble_ * bend);
+    trunk.age = across * (1.0 + kTaper * b.z * b.z) * (1.0 + 0.036 * wobble_ * bend);
     return trunk;
   }
 
@@ -128,24 +128,24 @@ class TreeRings final : public FiberTexture {
   void addRays(const Place& place, const Trunk& trunk, TextureSample& sample) const {
     const Varying across = hypot(trunk.p.x, trunk.p.y);
     // A ring of lattice, in which a ray is narrow around the axis, long outwards and of some height.
-    const Varying ring = 28.0 + 1.6 * across;
-    VaryingPoint domain(ring * trunk.p.x / across, ring * trunk.p.y / across, 9.0 * trunk.p.z);
+    const Varying ring = 34.0 + 2.5 * across;
+    VaryingPoint domain(ring * trunk.p.x / across, ring * trunk.p.y / across, 24.0 * trunk.p.z);
     const Footprint inDomain = place.footprint.in(domain);
     const Varying n = noise(domain, inDomain, seed_ + 4);
-    const double ray = shareAbove(n - 1.1, 0.7, place.footprint);
-    sample.color = mix(sample.color, linearFromSrgb(0xe9cfa2), 0.4 * rays_ * ray);
+    const double ray = shareAbove(n - 1.5, 0.8, place.footprint);
+    sample.color = mix(sample.color, linearFromSrgb(0xe9cfa2), 0.42 * rays_ * ray);
   }
 
   /// Plates between fissures that run along the trunk.
   TextureSample bark(const Place& place) const {
     const Footprint& footprint = place.footprint;
     const VaryingPoint& p = place.ball;
-    const Varying bend = noise(3.0 * p, footprint.in(3.0 * p), seed_ + 5);
-    const VaryingPoint plates(11.0 * p.x + 0.5 * bend, 11.0 * p.y - 0.5 * bend, 3.2 * p.z + 0.4 * bend);
+    const Varying bend = noise(p, footprint, seed_ + 5, 3.0);
+    const VaryingPoint plates(9.0 * p.x + 0.16 * bend, 9.0 * p.y - 0.16 * bend, 3.0 * p.z + 0.1 * bend);
     const Cell plate = cellAt(plates, 1, seed_ + 6);
     const double kept = footprint.in(plates).kept(kCellSpread);
     const VaryingPoint fibers(26.0 * p.x, 26.0 * p.y, 9.0 * p.z);
-    const Varying rough = fractalNoise(fibers, footprint.in(fibers), {4, 0.65}, seed_ + 7);
+    const Varying rough = fractalNoise(fibers, footprint.in(fibers), {1, 4, 0.65}, seed_ + 7);
     // Height over the fissures, 0 to 1.
     const double slope = 5, height = 1 - std::exp(-slope * plate.wall.value);
     TextureSample sample;

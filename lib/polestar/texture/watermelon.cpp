@@ -3,6 +3,7 @@
 
 #include "polestar/io/picture.h"
 #include "polestar/texture/detail/fan.h"
+#include "polestar/texture/detail/hash.h"
 #include "polestar/texture/detail/noise.h"
 #include "polestar/texture/detail/point_texture.h"
 #include "polestar/texture/detail/procedural_texture.h"
@@ -75,8 +76,8 @@ class Watermelon final : public FiberTexture {
   TextureSample flesh(const Place& place) const {
     const Footprint& footprint = place.footprint;
     const VaryingPoint& p = place.ball;
-    const Varying mottle = fractalNoise(4.0 * p, footprint.in(4.0 * p), {2, 0.5}, seed_);
-    const Varying grain = fractalNoise(36.0 * p, footprint.in(36.0 * p), {2, 0.7}, seed_ + 1);
+    const Varying mottle = fractalNoise(p, footprint, {4.0, 2, 0.5}, seed_);
+    const Varying grain = fractalNoise(p, footprint, {36.0, 2, 0.7}, seed_ + 1);
     const Fan fan(p, kAxisHalfLength);
     const Varying streaks = fanStreaks(fan, footprint, {0.017, 7}, seed_ + 2);
 
@@ -121,17 +122,17 @@ class Watermelon final : public FiberTexture {
   TextureSample skin(const Place& place) const {
     const Footprint& footprint = place.footprint;
     const VaryingPoint& p = place.ball;
-    const Varying bend = noise(2.2 * p, footprint.in(2.2 * p), seed_ + 4);
+    const Varying bend = noise(p, footprint, seed_ + 4, 2.2);
     // Edges are torn across the stripes: noise that is drawn out around the axis.
     const VaryingPoint across(9.0 * p.x, 9.0 * p.y, 22.0 * p.z);
-    const Varying torn = fractalNoise(across, footprint.in(across), {4, 0.62}, seed_ + 5);
+    const Varying torn = fractalNoise(across, footprint.in(across), {1, 4, 0.62}, seed_ + 5);
     const Varying angle = double(stripes_) * atan2(p.y, p.x) + 0.7 * bend;
     const Varying stripe = cos(angle) + jag_ * (0.55 * torn + 0.25 * bend) - 0.1;
     const double covered = shareAbove(stripe, 0.35, footprint);
 
     // Between the stripes a net of fine dark veins.
     const VaryingPoint fine = 16.0 * p;
-    const Varying net = fractalNoise(fine, footprint.in(fine), {3, 0.6}, seed_ + 6);
+    const Varying net = fractalNoise(fine, footprint.in(fine), {1, 3, 0.6}, seed_ + 6);
     const double vein = shareWithin(net, 0.16, 0.25, footprint);
     const Vec3f pale =
         mix(pale_.mean(0.6 * torn + 0.5 * bend, footprint), linearFromSrgb(0x4f7a38), 0.55 * vein);

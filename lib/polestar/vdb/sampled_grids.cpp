@@ -12,6 +12,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "polestar/core/error.h"
+#include "polestar/vdb/detail/vdb_archive.h"
 #include "polestar/vdb/detail/vdb_file.h"
 
 namespace polestar {
@@ -282,10 +283,11 @@ struct SampledGrids::File {
   }
 };
 
-SampledGrids::SampledGrids(const std::filesystem::path& path) {
-  const auto file = std::make_shared<File>();
-  file->grids = detail::readVdb(path);
-  for (const auto& grid : file->grids) {
+SampledGrids::SampledGrids(const std::filesystem::path& path)
+    : SampledGrids(std::make_shared<const File>(File{detail::readVdb(path)})) {}
+
+SampledGrids::SampledGrids(std::shared_ptr<const File> file) : file_(std::move(file)) {
+  for (const auto& grid : file_->grids) {
     using openvdb::gridConstPtrCast;
     if (const auto scalars = gridConstPtrCast<openvdb::FloatGrid>(grid)) {
       grids_.push_back(SampledGrid(std::make_shared<SampledGrid::DataOf<openvdb::FloatTree>>(scalars)));
@@ -295,7 +297,6 @@ SampledGrids::SampledGrids(const std::filesystem::path& path) {
       leftOut_.push_back({grid->getName(), grid->type()});
     }
   }
-  file_ = file;
 }
 
 const SampledGrid* SampledGrids::find(const std::string& name, bool vector) const {
@@ -353,6 +354,55 @@ std::optional<TriMesh> SampledGrids::extractSurface() const {
     for (Triangle& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
   }
   return mesh;
+}
+
+struct SliceVolume::Impl {
+  int width, height;
+  bool hasAlpha;
+  openvdb::math::Transform::Ptr transform;
+  openvdb::Vec3SGrid::Ptr color = openvdb::Vec3SGrid::create();
+  openvdb::FloatGrid::Ptr alpha = openvdb::FloatGrid::create();
+  int slices = 0;
+};
+
+SliceVolume::SliceVolume(int width, int height, const Vec3& voxelSize, const Vec3& corner, bool hasAlpha)
+    : impl_(std::make_unique<Impl>()) {
+  detail::initializeOpenVdb();
+  impl_->width = width;
+  impl_->height = height;
+  impl_->hasAlpha = hasAlpha;
+  const Vec3 first = corner + 0.5 * voxelSize;
+  impl_->transform = std::make_shared<openvdb::math::Transform>(
+      std::make_shared<openvdb::math::ScaleTranslateMap>(toOpenVdb(voxelSize), toOpenVdb(first)));
+}
+
+SliceVolume::~SliceVolume() = default;
+
+void SliceVolume::addSlice(std::span<const Pixel> pixels) {
+  auto color = impl_->color->getAccessor();
+  auto alpha = impl_->alpha->getAccessor();
+  const int z = impl_->slices++;
+  for (int row = 0; row < impl_->height; ++row) {
+    for (int x = 0; x < impl_->width; ++x) {
+      const Pixel& pixel = pixels[std::size_t{1} * row * impl_->width + x];
+      if (!(pixel.alpha > 0)) continue;
+      const Coord at(x, impl_->height - 1 - row, z);
+      color.setValue(at, openvdb::Vec3s(pixel.color.data()));
+      if (impl_->hasAlpha) alpha.setValue(at, pixel.alpha);
+    }
+  }
+}
+
+SampledGrids SliceVolume::finish() {
+  openvdb::GridPtrVec grids{impl_->color};
+  impl_->color->setName("Cd");
+  if (impl_->hasAlpha) {
+    impl_->alpha->setName("density");
+    impl_->alpha->setGridClass(openvdb::GRID_FOG_VOLUME);
+    grids.push_back(impl_->alpha);
+  }
+  for (const auto& grid : grids) grid->setTransform(impl_->transform);
+  return SampledGrids(std::make_shared<const SampledGrids::File>(SampledGrids::File{std::move(grids)}));
 }
 
 }  // namespace polestar

@@ -77,10 +77,37 @@ class SampledGrids {
   std::optional<TriMesh> extractSurface() const;
 
  private:
+  friend class SliceVolume;
   struct File;
+  explicit SampledGrids(std::shared_ptr<const File> file);
+
   std::shared_ptr<const File> file_;
   std::vector<SampledGrid> grids_;
   std::vector<LeftOutGrid> leftOut_;
+};
+
+/// Grids from a block of voxels that comes slice by slice.
+class SliceVolume {
+ public:
+  struct Pixel {
+    Vec3f color = Vec3f::Zero();  ///< scene-linear, not multiplied by alpha
+    float alpha = 1;
+  };
+
+  /// `voxelSize` along x, y, z; `corner` of the block, where all three are least. @throws Error{Errc::usage}
+  /// for more voxels along an axis than fit.
+  SliceVolume(int width, int height, const Vec3& voxelSize, const Vec3& corner, bool hasAlpha);
+  ~SliceVolume();
+
+  /// The next slice along +z: `width` pixels a row towards +x, rows from above, towards -y.
+  void addSlice(std::span<const Pixel> pixels);
+
+  /// `Cd` where alpha is above 0, and `density`, which is alpha, when there is one.
+  SampledGrids finish();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace polestar

@@ -185,10 +185,10 @@ struct SolidGrids::Impl {
     }
   }
 
-  const openvdb::Vec3STree& vectorTree(const std::string& name) const {
+  openvdb::Vec3SGrid& vectorsOf(const std::string& name) const {
     for (const auto& grid : grids) {
       if (grid->getName() != name) continue;
-      if (const auto vectors = openvdb::gridConstPtrCast<openvdb::Vec3SGrid>(grid)) return vectors->tree();
+      if (const auto vectors = openvdb::gridPtrCast<openvdb::Vec3SGrid>(grid)) return *vectors;
     }
     throw Error(Errc::usage, "there is no vector grid '" + name + "'");
   }
@@ -414,7 +414,7 @@ void SolidGrids::setMetadata(const std::string& key, const Metadata& value) { im
 void SolidGrids::visitBricks(const std::string& vectorGrid,
                              const std::function<void(std::size_t, const Brick&)>& visit) const {
   constexpr int count = Brick::kSize * Brick::kSize * Brick::kSize;
-  const openvdb::Vec3STree& vectors = impl_->vectorTree(vectorGrid);
+  const openvdb::Vec3STree& vectors = impl_->vectorsOf(vectorGrid).constTree();
   const openvdb::FloatTree& surface = impl_->surface->constTree();
   std::vector<const openvdb::Vec3STree::LeafNodeType*> leaves;
   vectors.getNodes(leaves);
@@ -443,7 +443,7 @@ void SolidGrids::visitBricks(const std::string& vectorGrid,
 
 SolidGrids::Cube SolidGrids::readCube(const std::string& vectorGrid, const std::array<int, 3>& lowest,
                                       int size) const {
-  const openvdb::Vec3STree& vectors = impl_->vectorTree(vectorGrid);
+  const openvdb::Vec3STree& vectors = impl_->vectorsOf(vectorGrid).constTree();
   openvdb::tree::ValueAccessor<const openvdb::Vec3STree> vectorAt(vectors);
   openvdb::tree::ValueAccessor<const openvdb::FloatTree> distanceAt(impl_->surface->constTree());
   Cube cube;
@@ -465,8 +465,7 @@ SolidGrids::Cube SolidGrids::readCube(const std::string& vectorGrid, const std::
 
 void SolidGrids::replace(const std::string& vectorGrid, const Cube& cube,
                          std::span<const std::size_t> samples) {
-  openvdb::tree::ValueAccessor<openvdb::Vec3STree> at(
-      const_cast<openvdb::Vec3STree&>(impl_->vectorTree(vectorGrid)));
+  openvdb::tree::ValueAccessor<openvdb::Vec3STree> at(impl_->vectorsOf(vectorGrid).tree());
   const auto size = static_cast<std::size_t>(cube.size);
   for (const std::size_t i : samples) {
     const openvdb::Coord place(cube.lowest[0] + static_cast<int>(i / (size * size)),
@@ -478,20 +477,11 @@ void SolidGrids::replace(const std::string& vectorGrid, const Cube& cube,
 }
 
 std::size_t SolidGrids::leafCount(const std::string& vectorGrid) const {
-  return impl_->vectorTree(vectorGrid).leafCount();
+  return impl_->vectorsOf(vectorGrid).constTree().leafCount();
 }
 
 void SolidGrids::write(const std::filesystem::path& path) const {
-  openvdb::GridCPtrVec grids;
-  for (const auto& grid : impl_->grids) {
-    // Shares the tree, has metadata of its own. (copyGrid() would round the transform.)
-    const auto copy =
-        std::const_pointer_cast<openvdb::GridBase>(grid->copyGridReplacingTransform(impl_->transform));
-    for (const auto& [key, value] : impl_->metadata) copy->insertMeta(key, *detail::toOpenVdb(value));
-    detail::addFileMetadata(*copy);
-    grids.push_back(copy);
-  }
-  detail::writeVdb(path, grids);
+  detail::writeVdb(path, impl_->grids, impl_->metadata);
 }
 
 }  // namespace polestar

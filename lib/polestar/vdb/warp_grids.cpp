@@ -19,7 +19,6 @@
 #include "polestar/core/error.h"
 #include "polestar/core/version.h"
 #include "polestar/vdb/detail/grid_parts.h"
-#include "polestar/vdb/detail/vdb_archive.h"
 #include "polestar/vdb/detail/vdb_file.h"
 
 namespace polestar {
@@ -355,15 +354,7 @@ std::size_t WarpedGrids::voxelsInside() const { return impl_->inside; }
 void WarpedGrids::setMetadata(const std::string& key, const Metadata& value) { impl_->metadata[key] = value; }
 
 void WarpedGrids::write(const std::filesystem::path& path) const {
-  openvdb::GridCPtrVec grids;
-  for (const auto& grid : impl_->grids) {
-    const auto copy =
-        std::const_pointer_cast<openvdb::GridBase>(grid->copyGridReplacingTransform(impl_->transform));
-    for (const auto& [key, value] : impl_->metadata) copy->insertMeta(key, *detail::toOpenVdb(value));
-    detail::addFileMetadata(*copy);
-    grids.push_back(copy);
-  }
-  detail::writeVdb(path, grids);
+  detail::writeVdb(path, impl_->grids, impl_->metadata);
 }
 
 }  // namespace polestar

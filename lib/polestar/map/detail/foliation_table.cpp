@@ -40,15 +40,12 @@ FoliationTable::FoliationTable(GreenChart chart, NodeImages images, RadiusProfil
       radius_(std::move(radius)),
       slopes_(slopesOfImages(chart_, images_.ball, radius_)) {
   const Foliation& f = chart_.foliation();
-  markLinear();
   nodeGreen_.assign(f.nodes.size(), 0.0);
-  for (std::size_t id = f.vertexCount; id < f.centerNode(); ++id) {
-    // Such a node stands for its level, whatever the field says there (noise, mostly).
-    const double level = f.levels[id / f.vertexCount];
-    nodeGreen_[id] = linear_[id] ? (1 / level - 1) / chart_.green().harmonicRadius()
-                                 : std::max(0.0, 1 / f.nodes[id].norm() + chart_.harmonic()[id]);
-  }
+  for (std::size_t id = f.vertexCount; id < f.centerNode(); ++id)
+    nodeGreen_[id] = std::max(0.0, 1 / f.nodes[id].norm() + chart_.harmonic()[id]);
+  markLinear();
   limitSlopes();
+  straightenFolds();
   tree_ = treeOver(f.nodes);
 }
 
@@ -66,12 +63,16 @@ AabbTree FoliationTable::treeOver(std::span<const Vec3> positions) const {
   return AabbTree(boxes);
 }
 
+// By the node's level.
+double FoliationTable::levelGreen(std::size_t id) const {
+  const Foliation& f = chart_.foliation();
+  return (1 / f.levels[id / f.vertexCount] - 1) / chart_.green().harmonicRadius();
+}
+
 // Next to the surface, where lines do not run yet, the error of G may exceed G.
 bool FoliationTable::offLevel(std::size_t id) const {
-  const Foliation& f = chart_.foliation();
-  const double level = f.levels[id / f.vertexCount];
-  const double wanted = (1 / level - 1) / chart_.green().harmonicRadius();
-  const double found = 1 / f.nodes[id].norm() + chart_.harmonic()[id];
+  const double wanted = levelGreen(id);
+  const double found = 1 / chart_.foliation().nodes[id].norm() + chart_.harmonic()[id];
   return !(std::abs(found - wanted) <= kMostOff * wanted);
 }
 
@@ -87,11 +88,16 @@ void FoliationTable::markLinear() {
   for (std::size_t id = 0; id < f.cellCount(); ++id) {
     const auto cell = f.cell(id);
     if (std::none_of(cell.begin(), cell.end(), [&](std::uint32_t node) { return listed[node]; })) continue;
-    for (const std::uint32_t node : cell) {
-      linear_[node] = 1;
-      slopes_.trust[node] = 0;
-    }
+    for (const std::uint32_t node : cell) makeLinear(node);
   }
+}
+
+// Such a node stands for its level, whatever the field says there (noise, mostly).
+void FoliationTable::makeLinear(std::size_t id) {
+  const Foliation& f = chart_.foliation();
+  linear_[id] = 1;
+  slopes_.trust[id] = 0;
+  if (id >= f.vertexCount && id < f.centerNode()) nodeGreen_[id] = levelGreen(id);
 }
 
 // One cell, ready for many points.
@@ -202,6 +208,42 @@ void FoliationTable::limitSlopes() {
   for (std::size_t id = 0; id < limit.size(); ++id) slopes_.trust[id] *= limit[id];
 }
 
+// Whether the cell's own map turns over at its middle or near a corner.
+bool FoliationTable::folds(std::size_t id) const {
+  CellMap cell(*this, id);
+  if (!cell.positive()) return false;
+  cell.prepare();
+  for (int sample = 0; sample < 5; ++sample) {
+    Eigen::Vector4d weights = Eigen::Vector4d::Constant(sample < 4 ? 0.05 : 0.25);
+    if (sample < 4) weights[sample] = 0.85;
+    if (!(cell.evaluate<true>(cell.place(weights), weights).jacobian.determinant() > 0)) return true;
+  }
+  return false;
+}
+
+// Where the field is noise a cell's map can turn over though the linear one does not. Around its nodes it
+// becomes linear, then; that bends the cells around, so they are looked at again.
+void FoliationTable::straightenFolds() {
+  const Foliation& f = chart_.foliation();
+  std::vector<char> folded(f.cellCount());
+  bool isFirst = true, anyChange = true;
+  while (anyChange) {
+    parallelChunks(f.cellCount(), 4096, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t id = begin; id < end; ++id) {
+        const auto cell = f.cell(id);
+        const auto linear = std::count_if(cell.begin(), cell.end(), [&](auto node) { return linear_[node]; });
+        folded[id] = linear < 4 && (isFirst || linear > 0) && folds(id);
+      }
+    });
+    isFirst = anyChange = false;
+    for (std::size_t id = 0; id < folded.size(); ++id) {
+      if (!folded[id]) continue;
+      for (const std::uint32_t node : f.cell(id)) makeLinear(node);
+      anyChange = true;
+    }
+  }
+}
+
 // h with gradients: the sum of weight (h + grad h . (x - node) / 2) is exact for quadratic h.
 FoliationTable::Potential FoliationTable::CellMap::potential(const Vec3& x,
                                                              const Eigen::Vector4d& weights) const {
@@ -303,13 +345,13 @@ std::optional<FoliationTable::Location> FoliationTable::locate(const Vec3& x, st
   return best;
 }
 
-std::optional<Vec3> FoliationTable::linearInverse(const Vec3& y) const {
+std::optional<FoliationTable::Preimage> FoliationTable::linearInverse(const Vec3& y) const {
   std::call_once(imageTree_->once, [&] {
     // A thread that waits for the build must not begin another call of this in the meantime.
     tbb::this_task_arena::isolate([&] { imageTree_->tree = treeOver(images_.ball); });
   });
   const Foliation& f = chart_.foliation();
-  std::optional<Vec3> best;
+  std::optional<Preimage> best;
   double bestInside = -1e-6;
   imageTree_->tree.visitWithin(y, 1e-18, [&](std::size_t item) {
     return visitCells(f, item, [&](std::size_t id) {
@@ -320,36 +362,39 @@ std::optional<Vec3> FoliationTable::linearInverse(const Vec3& y) const {
       const double inside = std::min(w.minCoeff(), 1 - w.sum());
       if (!(inside > bestInside)) return false;
       bestInside = inside;
-      best = (1 - w.sum()) * f.nodes[node[0]] + w[0] * f.nodes[node[1]] + w[1] * f.nodes[node[2]] +
-             w[2] * f.nodes[node[3]];
+      best = {(1 - w.sum()) * f.nodes[node[0]] + w[0] * f.nodes[node[1]] + w[1] * f.nodes[node[2]] +
+                  w[2] * f.nodes[node[3]],
+              id};
       return inside >= 0;
     });
   });
   return best;
 }
 
-std::optional<Vec3> FoliationTable::inverseNear(const Vec3& y, const Vec3& x) const {
+std::optional<Vec3> FoliationTable::inverseNear(const Vec3& y, std::size_t cell) const {
   constexpr int kSteps = 12;
   constexpr double kSlack = 1e-7, kTolerance = 1e-10;
   const Foliation& f = chart_.foliation();
-  const std::optional<Location> here = locate(x, 0, 1e3);
-  if (!here) return std::nullopt;
-  double edge = 0;
-  const auto corner = f.cell(here->cell);
+  // Along a level: towards the center cells are needles, and all of them are near each other.
+  double squaredEdge = 0;
+  const auto corner = f.cell(cell);
   for (int a = 0; a < 4; ++a) {
-    for (int b = 0; b < a; ++b) edge = std::max(edge, (f.nodes[corner[a]] - f.nodes[corner[b]]).norm());
+    for (int b = 0; b < a; ++b) {
+      if (corner[a] / f.vertexCount != corner[b] / f.vertexCount) continue;
+      squaredEdge = std::max(squaredEdge, (images_.ball[corner[a]] - images_.ball[corner[b]]).squaredNorm());
+    }
   }
   std::optional<Vec3> found;
-  tree_.visitWithin(x, 16 * edge * edge, [&](std::size_t item) {
+  imageTree_->tree.visitWithin(y, squaredEdge, [&](std::size_t item) {
     return visitCells(f, item, [&](std::size_t id) {
-      CellMap cell(*this, id);
-      if (!cell.positive()) return false;
-      cell.prepare();
-      Vec3 at = cell.place(Eigen::Vector4d::Constant(0.25));
+      CellMap map(*this, id);
+      if (!map.positive()) return false;
+      map.prepare();
+      Vec3 at = map.place(Eigen::Vector4d::Constant(0.25));
       for (int step = 0; step < kSteps; ++step) {
-        const Eigen::Vector4d weights = cell.weigh(at);
+        const Eigen::Vector4d weights = map.weigh(at);
         if (!(weights.cwiseAbs().maxCoeff() < 3)) return false;  // on its way elsewhere
-        const Value value = cell.evaluate<true>(at, weights);
+        const Value value = map.evaluate<true>(at, weights);
         const Vec3 rest = value.ballRadius * value.direction - y;
         if (rest.norm() < kTolerance) {
           if (weights.minCoeff() >= -kSlack) found = at;

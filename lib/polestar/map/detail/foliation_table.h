@@ -40,13 +40,19 @@ class FoliationTable {
   /// near each other make it give up early and find none.
   void evaluateNear(std::span<const Vec3> points, std::span<Value> values, std::span<char> found) const;
 
+  struct Preimage {
+    Vec3 x;
+    std::size_t cell;
+  };
   /// Where the piecewise linear map from the cells to their images takes y from; nothing outside all images.
   /// The first call builds a tree over them.
-  std::optional<Vec3> linearInverse(const Vec3& y) const;
+  std::optional<Preimage> linearInverse(const Vec3& y) const;
 
-  /// Where one of the cells within four of its edges of x takes y from, by the cell's own map: the map is
-  /// smooth in cells alone, and steps over their faces can go round in circles. Nothing when none does.
-  std::optional<Vec3> inverseNear(const Vec3& y, const Vec3& x) const;
+  /// Where one of the cells around linearInverse()'s takes y from, by the cell's own map: the map is smooth
+  /// in cells alone, and steps over their faces can go round in circles. Those are looked at whose images lie
+  /// no farther from y than that cell's image is wide: images are well shaped and few are near, whatever the
+  /// cells are. Nothing when none does.
+  std::optional<Vec3> inverseNear(const Vec3& y, std::size_t cell) const;
 
   const NodeImages& images() const { return images_; }
 
@@ -63,9 +69,13 @@ class FoliationTable {
   };
 
   AabbTree treeOver(std::span<const Vec3> positions) const;
+  double levelGreen(std::size_t node) const;
   bool offLevel(std::size_t node) const;
+  bool folds(std::size_t cell) const;
+  void makeLinear(std::size_t node);
   void markLinear();
   void limitSlopes();
+  void straightenFolds();
 
   GreenChart chart_;
   NodeImages images_;

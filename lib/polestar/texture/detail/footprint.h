@@ -67,7 +67,7 @@ inline double smoothStep(double low, double high, double x) {
 
 /// Share of the footprint in which `x` is above 0. `softness` is the width of the edge itself.
 inline double shareAbove(const Varying& x, double softness, const Footprint& footprint) {
-  const double width = std::hypot(softness, footprint.width(x));
+  const double spread = footprint.width(x), width = std::sqrt(softness * softness + spread * spread);
   return width > 0 ? std::clamp(x.value / width + 0.5, 0.0, 1.0) : (x.value > 0);
 }
 

@@ -1,8 +1,10 @@
 #pragma once
 // Where the voxels of a leaf lie in a texture, and how much of it each covers. A map is smooth at the scale
-// of a few voxels nearly everywhere: there 35 points answer for 512.
+// of a few voxels nearly everywhere: there a quarter of the points answer for all.
 
+#include <array>
 #include <atomic>
+#include <cstdint>
 #include <vector>
 
 #include "polestar/texture/texture_route.h"
@@ -18,24 +20,22 @@ struct LeafImages {
 
 class LeafImager {
  public:
-  /// `jacobians`: exact ones are wanted too, for vectors.
+  /// `jacobians`: these are wanted too, for vectors.
   LeafImager(const TextureRoute& route, bool jacobians) : route_(route), jacobians_(jacobians) {}
 
-  /// A leaf that lies inside is interpolated by quadratic polynomials through 27 points, when these agree
-  /// with the map at 8 more to a twentieth of what a voxel covers; else every voxel asks the map. Safe from
-  /// many threads.
+  /// A leaf is eight blocks of 4^3 voxels. Blocks inside the solid are interpolated by quadratic polynomials
+  /// through 27 points two voxels apart, most of them shared, when these agree with the map at four more, in
+  /// between, to a twentieth of what a voxel covers; in the others every voxel asks the map. Safe from many
+  /// threads.
   void locate(const VoxelBatch& batch, LeafImages& images) const;
 
-  std::size_t interpolatedLeaves() const { return interpolated_; }
-  std::size_t leaves() const { return leaves_; }
+  std::size_t blocks() const { return blocks_; }
+  std::size_t interpolatedBlocks() const { return interpolated_; }
 
  private:
-  bool interpolate(const VoxelBatch& batch, LeafImages& images) const;
-  void askEach(const VoxelBatch& batch, LeafImages& images) const;
-
   const TextureRoute& route_;
   bool jacobians_;
-  mutable std::atomic<std::size_t> interpolated_{0}, leaves_{0};
+  mutable std::atomic<std::size_t> blocks_{0}, interpolated_{0};
 };
 
 }  // namespace polestar::detail

@@ -29,20 +29,19 @@ std::size_t Ramp::segmentOf(double x) const {
   return i;
 }
 
-Vec3f Ramp::at(double x) const {
-  const std::size_t i = segmentOf(x);
+Vec3f Ramp::at(double x, std::size_t i) const {
   if (x <= stops_[i].at || i + 1 == stops_.size()) return stops_[i].color;
   return mix(stops_[i].color, stops_[i + 1].color, (x - stops_[i].at) / (stops_[i + 1].at - stops_[i].at));
 }
 
 Vec3 Ramp::integralTo(double x) const {
   const std::size_t i = segmentOf(x);
-  return integral_[i] + (x - stops_[i].at) * (0.5f * (stops_[i].color + at(x))).cast<double>();
+  return integral_[i] + (x - stops_[i].at) * (0.5f * (stops_[i].color + at(x, i))).cast<double>();
 }
 
 Vec3f Ramp::mean(double middle, double width) const {
   // Below, the difference of integrals would be rounding.
-  if (width < 1e-7) return at(middle);
+  if (width < 1e-7) return at(middle, segmentOf(middle));
   const Vec3 difference = integralTo(middle + width / 2) - integralTo(middle - width / 2);
   return (difference / width).cast<float>();
 }

@@ -28,7 +28,7 @@ class Ramp {
   Vec3f mean(const Varying& x, const Footprint& footprint) const { return mean(x.value, footprint.width(x)); }
 
  private:
-  Vec3f at(double x) const;
+  Vec3f at(double x, std::size_t segment) const;
   Vec3 integralTo(double x) const;
   std::size_t segmentOf(double x) const;
 

@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-#include "polestar/texture/detail/noise.h"
+#include "polestar/texture/detail/hash.h"
 
 namespace polestar::detail {
 namespace {

@@ -1,7 +1,6 @@
 #include "polestar/vdb/detail/grid_parts.h"
 
 #include <sstream>
-#include <type_traits>
 
 namespace polestar::detail {
 
@@ -18,19 +17,6 @@ openvdb::math::Transform::Ptr makeUniformTransform(double scale, const Vec3& tra
   const auto transform = std::make_shared<openvdb::math::Transform>();
   transform->read(bytes);
   return transform;
-}
-
-openvdb::Metadata::Ptr toOpenVdb(const Metadata& value) {
-  return std::visit(
-      [](const auto& v) -> openvdb::Metadata::Ptr {
-        using Value = std::decay_t<decltype(v)>;
-        if constexpr (std::is_same_v<Value, Vec3>) {
-          return std::make_shared<openvdb::Vec3DMetadata>(openvdb::Vec3d(v.x(), v.y(), v.z()));
-        } else {
-          return std::make_shared<openvdb::TypedMetadata<Value>>(v);
-        }
-      },
-      value);
 }
 
 }  // namespace polestar::detail

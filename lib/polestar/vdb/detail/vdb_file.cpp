@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iostream>
 #include <sstream>
+#include <type_traits>
 
 #include "polestar/core/atomic_file.h"
 #include "polestar/core/error.h"
@@ -12,6 +13,33 @@
 #include "polestar/vdb/detail/vdb_structure.h"
 
 namespace polestar::detail {
+namespace {
+
+openvdb::Metadata::Ptr toOpenVdb(const Metadata& value) {
+  return std::visit(
+      [](const auto& v) -> openvdb::Metadata::Ptr {
+        using Value = std::decay_t<decltype(v)>;
+        if constexpr (std::is_same_v<Value, Vec3>) {
+          return std::make_shared<openvdb::Vec3DMetadata>(openvdb::Vec3d(v.x(), v.y(), v.z()));
+        } else {
+          return std::make_shared<openvdb::TypedMetadata<Value>>(v);
+        }
+      },
+      value);
+}
+
+// Shares the tree, has metadata of its own.
+openvdb::GridBase::ConstPtr withMetadata(const openvdb::GridBase::Ptr& grid,
+                                         const std::map<std::string, Metadata>& metadata) {
+  // copyGrid() would round the transform; this one returns a new grid, though it calls it constant.
+  const auto copy =
+      std::const_pointer_cast<openvdb::GridBase>(grid->copyGridReplacingTransform(grid->transformPtr()));
+  for (const auto& [key, value] : metadata) copy->insertMeta(key, *toOpenVdb(value));
+  addFileMetadata(*copy);
+  return copy;
+}
+
+}  // namespace
 
 openvdb::GridPtrVec readVdb(const std::filesystem::path& path) {
   initializeOpenVdb();
@@ -39,14 +67,17 @@ openvdb::GridPtrVec readVdb(const std::filesystem::path& path) {
   }
 }
 
-void writeVdb(const std::filesystem::path& path, const openvdb::GridCPtrVec& grids) {
+void writeVdb(const std::filesystem::path& path, const std::vector<openvdb::GridBase::Ptr>& grids,
+              const std::map<std::string, Metadata>& metadata) {
+  openvdb::GridCPtrVec written;
+  for (const auto& grid : grids) written.push_back(withMetadata(grid, metadata));
   const auto cannotWrite = [&](const std::string& reason) {
     return Error(Errc::io, "cannot write " + path.string() + ": " + reason);
   };
   const auto writeTo = [&](std::iostream& stream) {
     try {
       stream.exceptions(std::ios::failbit | std::ios::badbit);
-      writeArchive(stream, grids);
+      writeArchive(stream, written);
     } catch (const std::ios_base::failure&) {
       throw cannotWrite("the disk is full or the device failed");
     } catch (const openvdb::Exception& error) {

@@ -4,6 +4,11 @@
 #include <openvdb/openvdb.h>
 
 #include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "polestar/vdb/solid_grids.h"
 
 namespace polestar::detail {
 
@@ -11,8 +16,10 @@ namespace polestar::detail {
 /// @throws Error{Errc::io} for a file that is missing, truncated or no .vdb.
 openvdb::GridPtrVec readVdb(const std::filesystem::path& path);
 
-/// The same bytes every time: to a temporary name in the same folder, synced, then renamed; "-" is standard
-/// output. @throws Error{Errc::io}
-void writeVdb(const std::filesystem::path& path, const openvdb::GridCPtrVec& grids);
+/// The grids with `metadata` on every one of them; they themselves stay as they are. The same bytes every
+/// time: to a temporary name in the same folder, synced, then renamed; "-" is standard output.
+/// @throws Error{Errc::io}
+void writeVdb(const std::filesystem::path& path, const std::vector<openvdb::GridBase::Ptr>& grids,
+              const std::map<std::string, Metadata>& metadata);
 
 }  // namespace polestar::detail

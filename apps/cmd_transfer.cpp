@@ -1,0 +1,250 @@
+// polestar transfer: a solid texture goes into a mapped solid: fruit and stone by name, or the grids of a
+// .vdb or a stack of slices by way of the ball.
+
+#include <sys/resource.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "cli/dry_run.h"
+#include "cli/grid_size.h"
+#include "cli/map_input.h"
+#include "cli/outputs.h"
+#include "cli/text.h"
+#include "cli/texture_source.h"
+#include "commands.h"
+#include "polestar/core/error.h"
+#include "polestar/core/version.h"
+#include "polestar/map/composed_map.h"
+#include "polestar/map/map_file.h"
+
+namespace polestar::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kDefaultDim = 128;
+constexpr int kPaddingVoxels = 3;
+constexpr double kBytesPerVoxel = 4 + 4 + 12;  // surface, density, and a color or vector
+
+const std::map<std::string, ColorNames> kColorNames{
+    {"houdini", ColorNames::houdini}, {"blender", ColorNames::blender}, {"both", ColorNames::both}};
+
+class TransferCommand final : public Command {
+ public:
+  Description description() const override {
+    return {"transfer", "Fill a mapped solid with a solid texture", "The .vdb to write",
+            "polestar transfer kiwi asteroid.pmap -o kiwi.vdb --dim 256"};
+  }
+
+  void addOptions(CLI::App& app) override {
+    app.add_option(
+           "TEXTURE", texture_,
+           "A name such as kiwi (see --list), a .vdb with Cd, color or other grids, or a numbered stack of "
+           "slices such as scan/slice.####.png")
+        ->type_name("");
+    app.add_option("TARGET", target_, "The solid to fill: a .pmap, or the .vdb beside it")->type_name("");
+    app.add_flag("--list", list_, "Name the textures there are, with their parameters, and do nothing else");
+    app.add_option("--set", settings_, "A parameter of a texture by name; may be given often")
+        ->type_name("NAME=VALUE")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    app.add_option(
+           "--source", source_,
+           "The map of the solid that a .vdb or slices fill; without it the .pmap beside the .vdb, else a "
+           "map made from its own grid surface or density")
+        ->type_name("MAP");
+    app.add_option(
+           "--grids", grids_,
+           "Of a .vdb, the grids to carry, separated by commas; default all but surface, density, rest and "
+           "green")
+        ->delimiter(',')
+        ->type_name("NAMES");
+    CLI::Option* rotate =
+        addPointOption(app, "--rotate", rotate_, "Turn the texture by these degrees about x, then y, then z")
+            ->type_name("ax,ay,az");
+    app.add_option(
+           "--landmarks", landmarks_,
+           "Bring places of the source to places of the target: a file of lines \"sx,sy,sz,tx,ty,tz\" in "
+           "the units of their meshes (a texture by name: places in the ball). One or two pairs turn "
+           "the texture, more bend it, too")
+        ->excludes(rotate)
+        ->type_name("FILE");
+    size_.addOptions(app, "the target's", kDefaultDim);
+    app.add_option("--dcc", options_.colorNames,
+                   "The name of colors: houdini (default) writes Cd, blender color, both both")
+        ->transform(CLI::CheckedTransformer(kColorNames).description(""))
+        ->type_name("WHOSE");
+    app.add_flag("--half", options_.halfColors, "Save colors as half floats");
+    app.add_flag("--rest", options_.rest, "Write the ball coordinates rest, too");
+    addPointOption(app, "--slice-voxel", sliceVoxel_,
+                   "Of slices: size of a voxel along x, y and z; default 1,1,1");
+    addPointOption(app, "--slice-origin", sliceOrigin_,
+                   "Of slices: the corner of the block where x, y and z are least; default 0,0,0");
+  }
+
+  void run(Session& session) override {
+    if (list_) {
+      session.json()["textures"] = texturesJson();
+      session.text() = listTextures();
+      return;
+    }
+    checkArguments(session);
+    const fs::path output = session.options().output;
+    checkOutput(output, session.options().overwrite, session.inputs());
+    const BallMap target = loadMap(target_, session);
+    const double voxel = voxelSize(target);
+    if (session.options().dryRun) return plan(target, voxel, session);
+    OutputGuard guard({output});
+    fill(target, voxel, output, session);
+    guard.keep();
+  }
+
+ private:
+  void checkArguments(Session& session) {
+    if (texture_.empty())
+      throw Error(Errc::usage, "TEXTURE is missing: a name of --list, a .vdb or slices.####.png");
+    if (target_.empty()) throw Error(Errc::usage, "TARGET is missing: the .pmap of the solid to fill");
+    kind_ = textureKindOf(texture_);
+    const fs::path output = session.options().output;
+    if (output.empty()) throw Error(Errc::usage, "-o OUT.vdb is missing");
+    if (isStandardStream(output)) {
+      if (session.options().json)
+        throw Error(Errc::usage, "-o - and --json both want standard output; drop one");
+      session.keepStandardOutputFree();
+    } else if (output.extension() != ".vdb") {
+      throw Error(Errc::usage, "the output " + output.string() + " does not end in .vdb");
+    }
+    if (!isMapName(target_)) {
+      throw Error(Errc::usage, target_.string() + " is no map; make one with: polestar map " +
+                                   target_.string() + " -o " +
+                                   fs::path(target_).replace_extension(".vdb").string());
+    }
+    if (kind_ == TextureKind::procedural) {
+      if (!source_.empty() || !grids_.empty())
+        throw Error(Errc::usage, "--source and --grids are for a .vdb or slices; " + texture_ + " is a name");
+      procedural_ = makeTexture(texture_, parseSettings(settings_));
+    } else {
+      if (!settings_.empty())
+        throw Error(Errc::usage, "--set is for textures by name; " + texture_ + " is a file");
+      if (kind_ == TextureKind::grids) session.addInput(texture_);
+      if (!source_.empty()) session.addInput(source_);
+    }
+    if (kind_ != TextureKind::slices && (sliceVoxel_ || sliceOrigin_))
+      throw Error(Errc::usage, "--slice-voxel and --slice-origin are for slices; " + texture_ + " is none");
+    session.addInput(target_);
+    if (!landmarks_.empty()) session.addInput(landmarks_);
+  }
+
+  /// Of the target's own .vdb, where that is what was named and nothing else is asked for.
+  double voxelSize(const BallMap& target) const {
+    if (target_.extension() == ".vdb" && !size_.given()) return readGridInfo(target_).front().voxelSize;
+    return size_.voxelSize(boundingBox(target.chart().green().shape().surface().mesh()));
+  }
+
+  void plan(const BallMap& target, double voxel, Session& session) const {
+    const Box box = boundingBox(target.chart().green().shape().surface().mesh());
+    std::string names = "surface, density and ";
+    names += kind_ == TextureKind::procedural ? "colors" : "what is carried";
+    const int vectors = 1 + (options_.colorNames == ColorNames::both) + options_.rest +
+                        (procedural_ && procedural_->hasFiber()) +
+                        static_cast<int>(grids_.empty() ? 0 : grids_.size() - 1);
+    describePlan(session, {plannedGrids(session.options().output, names, box, voxel, kPaddingVoxels,
+                                        kBytesPerVoxel + 12 * (vectors - 1))});
+  }
+
+  void fill(const BallMap& target, double voxel, const fs::path& output, Session& session) {
+    TransferOptions options = options_;
+    options.grids = {.voxelSize = voxel, .padding = kPaddingVoxels};
+    std::optional<TextureBody> body;
+    std::vector<CarriedGrid> carried;
+    if (kind_ != TextureKind::procedural) {
+      SliceOptions slices;
+      if (sliceVoxel_) slices.voxelSize = *sliceVoxel_;
+      if (sliceOrigin_) slices.origin = *sliceOrigin_;
+      body = loadTextureBody(texture_, source_, slices, session);
+      carried = chooseGrids(body->grids, grids_);
+    }
+    std::optional<BallMap> source;
+    if (body) source = body->map;
+    const TextureRoute route(target, motion(target, source, session), source);
+    const auto start = std::chrono::steady_clock::now();
+    Transfer transfer = session.timed("transfer", [&] {
+      return procedural_ ? transferTexture(route, *procedural_, options, session.context())
+                         : transferGrids(route, carried, options, session.context());
+    });
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    session.timed("write", [&] {
+      setMetadata(transfer.grids, session);
+      transfer.grids.write(output);
+      return 0;
+    });
+    describe(transfer.report, voxel, seconds, output, session);
+  }
+
+  BallMotion motion(const BallMap& target, const std::optional<BallMap>& source, Session& session) const {
+    if (!landmarks_.empty()) return fitLandmarkFile(landmarks_, target, source, session).motion;
+    // The texture turns one way, the places where the target looks it up the other.
+    if (rotate_) return BallMotion(rotationXyz(*rotate_).transpose());
+    return {};
+  }
+
+  void setMetadata(SolidGrids& grids, const Session& session) const {
+    grids.setMetadata("polestar:version", std::string(kVersion));
+    grids.setMetadata("polestar:domain", std::string("solid"));
+    grids.setMetadata("polestar:texture",
+                      kind_ == TextureKind::procedural ? texture_ : fs::path(texture_).filename().string());
+    grids.setMetadata("polestar:target", target_.filename().string());
+    grids.setMetadata("polestar:arguments", session.arguments());
+  }
+
+  void describe(const TransferReport& report, double voxel, double seconds, const fs::path& output,
+                Session& session) const {
+    Json list = Json::array();
+    std::vector<std::vector<std::string>> rows;
+    for (const TransferReport::Grid& grid : report.grids) {
+      list.push_back({{"name", grid.name},
+                      {"from", grid.from.empty() ? Json() : Json(grid.from)},
+                      {"carried", grid.how},
+                      {"note", grid.note}});
+      rows.push_back({grid.name, (grid.from.empty() ? "" : "from " + grid.from + ", ") + grid.how});
+      if (!grid.note.empty()) session.context().log(LogLevel::warning, grid.name + ": " + grid.note);
+    }
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    Json& json = session.json();
+    json["grids"] = list;
+    json["voxel_size"] = voxel;
+    json["voxels"] = report.voxels;
+    json["unanswered"] = report.unanswered;
+    json["blocks"] = {{"count", report.blocks}, {"interpolated", report.interpolated}};
+    json["voxels_per_second"] = static_cast<double>(report.voxels) / seconds;
+    json["peak_memory_bytes"] = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+    json["outputs"] = {output.string()};
+    if (report.unanswered > 0) {
+      session.context().log(LogLevel::warning, grouped(report.unanswered) + " of " + grouped(report.voxels) +
+                                                   " voxels have no place in the texture and hold no value");
+    }
+    rows.push_back({"voxels", grouped(report.voxels) + " of " + shortNumber(voxel)});
+    std::error_code ignored;
+    const auto bytes = fs::file_size(output, ignored);
+    rows.push_back({"wrote", ignored ? output.string() : output.string() + ", " + byteSize(bytes)});
+    session.text() = texture_ + " in the solid of " + target_.string() + "\n" + table(rows, {}, "  ");
+  }
+
+  std::string texture_;
+  fs::path target_, source_, landmarks_;
+  bool list_ = false;
+  std::vector<std::string> settings_, grids_;
+  std::optional<Vec3> rotate_, sliceVoxel_, sliceOrigin_;
+  GridSize size_;
+  TransferOptions options_;
+  TextureKind kind_ = TextureKind::procedural;
+  std::unique_ptr<SolidTexture> procedural_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeTransferCommand() { return std::make_unique<TransferCommand>(); }
+
+}  // namespace polestar::cli
