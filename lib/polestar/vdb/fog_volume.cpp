@@ -53,9 +53,27 @@ float largestOf(const openvdb::FloatGrid& density, const std::string& path) {
   return largest;
 }
 
+/// World to index, without the virtual calls of a transform.
+struct ToIndex {
+  Mat3 matrix = Mat3::Identity();
+  Vec3 offset = Vec3::Zero();
+
+  ToIndex() = default;
+  explicit ToIndex(const openvdb::GridBase& grid) {
+    const auto at = [&](const Vec3& world) {
+      const openvdb::Vec3d index = grid.transform().worldToIndex(toOpenVdb(world));
+      return Vec3(index.x(), index.y(), index.z());
+    };
+    offset = at(Vec3::Zero());
+    for (int k = 0; k < 3; ++k) matrix.col(k) = at(Vec3::Unit(k)) - offset;
+  }
+  openvdb::Vec3d operator()(const Vec3& world) const { return toOpenVdb(matrix * world + offset); }
+};
+
 }  // namespace
 
 struct FogVolume::Data {
+  ToIndex toDensity, toColor;
   openvdb::FloatGrid::Ptr density;
   openvdb::Vec3SGrid::Ptr colors;
   std::string densityName, colorName;
@@ -80,6 +98,8 @@ FogVolume::FogVolume(const std::filesystem::path& path) {
   data->densityName = data->density->getName();
   data->colors = findColors(grids);
   if (data->colors) data->colorName = data->colors->getName();
+  data->toDensity = ToIndex(*data->density);
+  if (data->colors) data->toColor = ToIndex(*data->colors);
   // A voxel more, for what interpolation reads.
   data->intersector = std::make_unique<Intersector>(*data->density, 1);
   data_ = std::move(data);
@@ -143,7 +163,7 @@ void FogProbe::spans(const Vec3& origin, const Vec3& direction, std::vector<FogS
 }
 
 float FogProbe::density(const Vec3& world) {
-  const openvdb::Vec3d index = readers_->data->density->worldToIndex(toOpenVdb(world));
+  const openvdb::Vec3d index = readers_->data->toDensity(world);
   const openvdb::Coord corner = openvdb::Coord::floor(index);
   const auto* leaf = readers_->density.probeConstLeaf(corner);
   const int x = corner.x() & 7, y = corner.y() & 7, z = corner.z() & 7;
@@ -164,7 +184,7 @@ float FogProbe::density(const Vec3& world) {
 
 Vec3f FogProbe::color(const Vec3& world) {
   if (!readers_->colors) return Vec3f::Ones();
-  const openvdb::Vec3d index = readers_->data->colors->worldToIndex(toOpenVdb(world));
+  const openvdb::Vec3d index = readers_->data->toColor(world);
   const openvdb::Coord corner = openvdb::Coord::floor(index);
   Vec3f sum = Vec3f::Zero();
   float weight = 0;
