@@ -75,6 +75,17 @@ class TransferCommand final : public Command {
                    "The name of colors: houdini (default) writes Cd, blender color, both both")
         ->transform(CLI::CheckedTransformer(kColorNames).description(""))
         ->type_name("WHOSE");
+    app.add_option(
+           "--fibers", options_.fibers.strength,
+           "Draw fibers along the grain of the texture, as thick all over the solid: by how much they make "
+           "colors darker and lighter, 0 to 1; default 0, none")
+        ->type_name("SHARE");
+    app.add_option("--fiber-thickness", options_.fibers.thickness, "Of drawn fibers, in box diagonals")
+        ->capture_default_str()
+        ->type_name("T");
+    app.add_option("--fiber-length", options_.fibers.length, "Of drawn fibers, in box diagonals")
+        ->capture_default_str()
+        ->type_name("L");
     app.add_flag("--half", options_.halfColors, "Save colors as half floats");
     app.add_flag("--rest", options_.rest, "Write the ball coordinates rest, too");
     addPointOption(app, "--slice-voxel", sliceVoxel_,

@@ -9,6 +9,7 @@
 #include "cli/map_input.h"
 #include "cli/text.h"
 #include "polestar/core/error.h"
+#include "polestar/io/frame_path.h"
 #include "polestar/map/snapping_map.h"
 
 namespace polestar::cli {
@@ -83,7 +84,7 @@ std::vector<Vec3> toBall(const BallMap& map, const std::vector<Vec3>& places, co
 }  // namespace
 
 TextureKind textureKindOf(const std::string& texture) {
-  if (isNumberedName(texture)) return TextureKind::slices;
+  if (FramePath(texture).numbered()) return TextureKind::slices;
   return fs::path(texture).extension() == ".vdb" ? TextureKind::grids : TextureKind::procedural;
 }
 

@@ -50,6 +50,9 @@ FramePath::FramePath(const std::filesystem::path& path) : path_(path) {
   if (match[2].matched) digits_ = std::stoi(match[2].str());
 }
 
+std::string FramePath::before() const { return path_.filename().string().substr(0, begin_); }
+std::string FramePath::after() const { return path_.filename().string().substr(end_); }
+
 std::filesystem::path FramePath::at(int frame) const {
   if (!numbered()) return path_;
   std::string number = std::to_string(std::abs(frame));

@@ -2,6 +2,7 @@
 // Numbered files: ranges of frames, and names in which a frame's number stands.
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -29,6 +30,9 @@ class FramePath {
   explicit FramePath(const std::filesystem::path& path);
 
   bool numbered() const { return end_ > begin_; }
+  /// What stands before and after the place in the file's name.
+  std::string before() const;
+  std::string after() const;
   /// The path of a frame; without a place for it, the path as it is.
   std::filesystem::path at(int frame) const;
   const std::filesystem::path& pattern() const { return path_; }

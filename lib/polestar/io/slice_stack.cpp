@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "polestar/core/error.h"
+#include "polestar/io/frame_path.h"
 #include "polestar/io/picture.h"
 
 namespace polestar {
@@ -18,28 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMostNamed = 5;  // missing numbers in a message
-
-/// What stands before and after the number in a file's name.
-struct Pattern {
-  std::string before, after;
-};
-
-std::optional<Pattern> patternOf(const std::string& name) {
-  if (const auto first = name.find('#'); first != std::string::npos) {
-    const auto last = name.find_first_not_of('#', first);
-    return Pattern{name.substr(0, first), last == std::string::npos ? "" : name.substr(last)};
-  }
-  for (const char* start : {"%", "$F"}) {
-    const auto first = name.find(start);
-    if (first == std::string::npos) continue;
-    auto last = first + std::string(start).size();
-    while (last < name.size() && name[last] >= '0' && name[last] <= '9') ++last;
-    const bool printf = *start == '%';
-    if (printf && (last >= name.size() || name[last] != 'd')) continue;
-    return Pattern{name.substr(0, first), name.substr(last + (printf ? 1 : 0))};
-  }
-  return std::nullopt;
-}
 
 struct Slice {
   int width = 0, height = 0, channels = 0;
@@ -87,22 +66,20 @@ void SliceOptions::validate() const {
   if (!origin.allFinite()) throw Error(Errc::usage, "the slices' origin must be a point");
 }
 
-bool isNumberedName(const fs::path& path) { return patternOf(path.filename().string()).has_value(); }
-
 std::vector<fs::path> numberedFiles(const fs::path& path) {
-  const std::optional<Pattern> pattern = patternOf(path.filename().string());
-  if (!pattern) throw Error(Errc::usage, path.string() + " has no place for a number, such as ####");
+  const FramePath pattern(path);
+  if (!pattern.numbered())
+    throw Error(Errc::usage, path.string() + " has no place for a number, such as ####");
+  const std::string before = pattern.before(), after = pattern.after();
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   std::map<long, fs::path> files;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     const std::string name = entry.path().filename().string();
-    const std::size_t around = pattern->before.size() + pattern->after.size();
-    if (name.size() <= around || !name.starts_with(pattern->before) || !name.ends_with(pattern->after))
+    if (name.size() <= before.size() + after.size() || !name.starts_with(before) || !name.ends_with(after))
       continue;
     long number = 0;
-    const char *begin = name.data() + pattern->before.size(),
-               *end = name.data() + name.size() - pattern->after.size();
+    const char *begin = name.data() + before.size(), *end = name.data() + name.size() - after.size();
     const auto [stop, failed] = std::from_chars(begin, end, number);
     if (failed != std::errc() || stop != end || number < 0) continue;
     if (!files.emplace(number, entry.path()).second) {

@@ -17,13 +17,9 @@ struct SliceOptions {
   void validate() const;  ///< @throws Error{Errc::usage}
 };
 
-/// "scan/slice.####.png", "slice_%04d.tif" or "slice.$F4.exr": a place for a number in the last part of a
-/// path.
-bool isNumberedName(const std::filesystem::path& path);
-
-/// The files of such a name that are there, by number.
+/// The files of a name with a place for a number (frame_path.h) that are there, by number.
 /// @throws Error{Errc::io} when there are fewer than two or numbers are missing between (the message says
-/// which).
+/// which); Error{Errc::usage} for a name without such a place.
 std::vector<std::filesystem::path> numberedFiles(const std::filesystem::path& pattern);
 
 /// Reads a stack: pictures' columns go along +x, rows from above along -y, numbers along +z. Color `Cd`

@@ -10,6 +10,7 @@
 
 #include "polestar/core/error.h"
 #include "polestar/texture/detail/leaf_images.h"
+#include "polestar/texture/line_integral.h"
 
 namespace polestar {
 namespace {
@@ -35,6 +36,7 @@ struct Output {
   bool vector = true;
   ValueRole role = ValueRole::invariant;
   bool half = false;
+  bool color = false;
 };
 
 /// Values of one output at the voxels of a leaf.
@@ -58,52 +60,131 @@ void copyOut(const OutputValues& from, const Output& output, std::size_t first, 
   }
 }
 
-/// The target's own ball coordinates, as `map` writes them.
-void copyRest(const BallMap& target, const VoxelBatch& batch, std::span<Vec3f> rest) {
-  std::vector<Vec3> ball(batch.points.size());
-  std::vector<double> green(batch.points.size());
-  target.sample(batch.points, ball, green);
-  for (std::size_t i = 0; i < ball.size(); ++i) rest[i] = ball[i].cast<float>();
-}
+/// Makes colors darker and lighter along the fibers at the voxels of a leaf.
+using Shade = std::function<void(const VoxelBatch&, OutputValues&)>;
 
-Transfer fill(const TextureRoute& route, const std::vector<Output>& outputs, bool jacobians, const Look& look,
-              const TransferOptions& options, Context& context) {
-  std::vector<Attribute> attributes;
-  std::vector<std::size_t> firstOf;
-  for (const Output& output : outputs) {
-    firstOf.push_back(attributes.size());
-    for (const std::string& name : output.names)
-      attributes.push_back({name, output.vector, output.role, output.half});
+/// Passes over the voxels of one solid, each with some of the outputs.
+class Filler {
+ public:
+  Filler(const TextureRoute& route, const TransferOptions& options, Context& context)
+      : route_(route),
+        options_(options),
+        context_(context),
+        result_{SolidGrids(surface(), options.grids, context), {}} {
+    result_.report.voxels = result_.grids.activeVoxels();
   }
-  if (options.rest) attributes.push_back({.name = "rest", .vector = true});
 
-  const TriMesh& surface = route.target().chart().green().shape().surface().mesh();
-  Transfer result{SolidGrids(surface, options.grids, context), {}};
-  const LeafImager imager(route, jacobians);
-  std::atomic<std::size_t> unanswered{0};
-  result.grids.add(
-      attributes,
-      [&](const VoxelBatch& batch, AttributeValues& values) {
-        LeafImages images;
-        imager.locate(batch, images);
-        unanswered +=
-            static_cast<std::size_t>(std::count_if(images.places.begin(), images.places.end(),
-                                                   [](const Vec3& place) { return !place.allFinite(); }));
-        OutputValues some;
-        for (std::size_t o = 0; o < outputs.size(); ++o) {
-          some.values.assign(batch.points.size(), Vec3f::Zero());
-          some.active.assign(batch.points.size(), 1);
-          look(images, o, some);
-          copyOut(some, outputs[o], firstOf[o], values);
-        }
-        if (options.rest) copyRest(route.target(), batch, values.vectors(attributes.size() - 1));
-      },
-      true, context);
-  result.report.voxels = result.grids.activeVoxels();
-  result.report.unanswered = unanswered;
-  result.report.blocks = imager.blocks();
-  result.report.interpolated = imager.interpolatedBlocks();
-  return result;
+  const TriMesh& surface() const { return route_.target().chart().green().shape().surface().mesh(); }
+
+  void pass(const std::vector<Output>& outputs, bool jacobians, const Look& look, const Shade& shade = {}) {
+    std::vector<Attribute> attributes;
+    std::vector<std::size_t> firstOf;
+    for (const Output& output : outputs) {
+      firstOf.push_back(attributes.size());
+      for (const std::string& name : output.names)
+        attributes.push_back({name, output.vector, output.role, output.half});
+    }
+    const LeafImager imager(route_, jacobians);
+    std::atomic<std::size_t> unanswered{0};
+    result_.grids.add(
+        attributes,
+        [&](const VoxelBatch& batch, AttributeValues& values) {
+          LeafImages images;
+          imager.locate(batch, images);
+          unanswered +=
+              static_cast<std::size_t>(std::count_if(images.places.begin(), images.places.end(),
+                                                     [](const Vec3& place) { return !place.allFinite(); }));
+          OutputValues some;
+          for (std::size_t o = 0; o < outputs.size(); ++o) {
+            some.values.assign(batch.points.size(), Vec3f::Zero());
+            some.active.assign(batch.points.size(), 1);
+            look(images, o, some);
+            if (shade && outputs[o].color) shade(batch, some);
+            copyOut(some, outputs[o], firstOf[o], values);
+          }
+        },
+        true, context_);
+    result_.report.unanswered = std::max<std::size_t>(result_.report.unanswered, unanswered);
+    result_.report.blocks += imager.blocks();
+    result_.report.interpolated += imager.interpolatedBlocks();
+  }
+
+  /// By the grid `fiber` of a pass before.
+  Shade fibers() const {
+    const double diagonal = boundingBox(surface()).diagonal();
+    const LineIntegralOptions drawing{.length = options_.fibers.length * diagonal,
+                                      .thickness = options_.fibers.thickness * diagonal};
+    const auto grid = std::make_shared<const SampledGrid>(*result_.grids.lookUp().find("fiber", true));
+    const FiberField field = [grid](std::span<const Vec3> points, std::span<Vec3> directions) {
+      std::vector<Vec3f> values(points.size());
+      std::vector<float> weights(points.size());
+      grid->sample(points, {}, values, weights);
+      for (std::size_t i = 0; i < points.size(); ++i) directions[i] = values[i].cast<double>();
+    };
+    const auto strength = static_cast<float>(options_.fibers.strength);
+    return [=](const VoxelBatch& batch, OutputValues& colors) {
+      std::vector<float> streaks(batch.points.size());
+      lineIntegral(batch.points, field, drawing, streaks);
+      for (std::size_t i = 0; i < streaks.size(); ++i) colors.values[i] *= 1 + strength * streaks[i];
+    };
+  }
+
+  /// Adds the target's own ball coordinates, as `map` writes them.
+  void addRest() {
+    result_.grids.addVector(
+        "rest", ValueRole::invariant,
+        [&](const VoxelBatch& batch, std::span<Vec3f> rest) {
+          std::vector<Vec3> ball(batch.points.size());
+          std::vector<double> green(batch.points.size());
+          route_.target().sample(batch.points, ball, green);
+          for (std::size_t i = 0; i < ball.size(); ++i) rest[i] = ball[i].cast<float>();
+        },
+        true, context_);
+  }
+
+  Transfer& result() { return result_; }
+
+ private:
+  const TextureRoute& route_;
+  const TransferOptions& options_;
+  Context& context_;
+  Transfer result_;
+};
+
+/// The grain first, where fibers are drawn along it; else all at once.
+Transfer fill(const TextureRoute& route, const std::vector<Output>& outputs, const Look& look,
+              const TransferOptions& options, Context& context) {
+  options.fibers.validate();
+  const auto needsJacobian = [](const Output& output) {
+    return output.role != ValueRole::invariant && output.role != ValueRole::position;
+  };
+  const auto anyJacobian = [&](const std::vector<Output>& some) {
+    return std::any_of(some.begin(), some.end(), needsJacobian);
+  };
+  Filler filler(route, options, context);
+  const auto fiber = std::find_if(outputs.begin(), outputs.end(), [](const Output& output) {
+    return output.names.front() == "fiber" && output.role == ValueRole::contravariant;
+  });
+  if (options.fibers.strength > 0) {
+    if (fiber == outputs.end())
+      throw Error(Errc::usage, "no fibers can be drawn: the texture has no grain, no vectors named fiber");
+    const auto number = static_cast<std::size_t>(fiber - outputs.begin());
+    filler.pass({*fiber}, true, [&](const LeafImages& images, std::size_t, OutputValues& values) {
+      look(images, number, values);
+    });
+    std::vector<Output> others = outputs;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(number));
+    filler.pass(
+        others, anyJacobian(others),
+        [&](const LeafImages& images, std::size_t o, OutputValues& values) {
+          look(images, o < number ? o : o + 1, values);
+        },
+        filler.fibers());
+  } else {
+    filler.pass(outputs, anyJacobian(outputs), look);
+  }
+  if (options.rest) filler.addRest();
+  return std::move(filler.result());
 }
 
 std::string lowerCase(std::string text) {
@@ -234,11 +315,19 @@ void requireOverlap(const TextureRoute& route, const CarriedGrid& grid) {
 
 }  // namespace
 
+void DrawnFibers::validate() const {
+  if (!(strength >= 0 && strength <= 1))
+    throw Error(Errc::usage, "the strength of fibers must lie in [0, 1]");
+  if (!(thickness > 0 && thickness < 1 && length > 0 && length < 1))
+    throw Error(Errc::usage,
+                "the thickness and length of fibers are shares of the box's diagonal, in (0, 1)");
+}
+
 Transfer transferTexture(const TextureRoute& route, const SolidTexture& texture,
                          const TransferOptions& options, Context& context) {
   if (route.source()) throw Error(Errc::usage, "a texture of the ball has no body of its own");
   std::vector<Output> outputs{
-      {namesOfColor(options.colorNames), true, ValueRole::invariant, options.halfColors}};
+      {namesOfColor(options.colorNames), true, ValueRole::invariant, options.halfColors, true}};
   if (texture.hasFiber()) outputs.push_back({{"fiber"}, true, ValueRole::contravariant, options.halfColors});
 
   const Look look = [&](const LeafImages& images, std::size_t output, OutputValues& values) {
@@ -267,7 +356,7 @@ Transfer transferTexture(const TextureRoute& route, const SolidTexture& texture,
       if (values.active[i]) values.values[i] = (carried / length).cast<float>();
     }
   };
-  Transfer result = fill(route, outputs, texture.hasFiber(), look, options, context);
+  Transfer result = fill(route, outputs, look, options, context);
   for (const std::string& name : outputs[0].names) result.report.grids.push_back({name, "", "filtered", ""});
   if (texture.hasFiber())
     result.report.grids.push_back({"fiber", "", "by the inverse Jacobian, normalized", ""});
@@ -328,7 +417,6 @@ Transfer transferGrids(const TextureRoute& route, const std::vector<CarriedGrid>
                        const TransferOptions& options, Context& context) {
   if (!route.source()) throw Error(Errc::usage, "the grids' own body has no map");
   std::vector<Output> outputs;
-  bool jacobians = false;
   for (const CarriedGrid& grid : grids) {
     requireOverlap(route, grid);
     const SampledGrid& first = grid.sources.front();
@@ -337,15 +425,15 @@ Transfer transferGrids(const TextureRoute& route, const std::vector<CarriedGrid>
     if (grid.color) {
       output.names = namesOfColor(options.colorNames);
       output.half = options.halfColors;
+      output.color = true;
     }
-    jacobians |= output.role != ValueRole::invariant && output.role != ValueRole::position;
     outputs.push_back(std::move(output));
   }
   const Look look = [&](const LeafImages& images, std::size_t o, OutputValues& values) {
     lookUp(grids[o], images, values);
     turnVectors(route, outputs[o].role, images, values);
   };
-  Transfer result = fill(route, outputs, jacobians, look, options, context);
+  Transfer result = fill(route, outputs, look, options, context);
   for (std::size_t o = 0; o < outputs.size(); ++o) {
     for (const std::string& name : outputs[o].names) {
       const SampledGrid& source = grids[o].sources.front();

@@ -16,8 +16,18 @@ namespace polestar {
 /// Which names colors get: Houdini and most others read `Cd`, Blender's Principled Volume `color`.
 enum class ColorNames { houdini, blender, both };
 
+/// Fibers that are drawn along the grid `fiber`, as thick all over the target; see line_integral.h.
+struct DrawnFibers {
+  double strength = 0;       ///< share by which colors get darker and lighter, in [0, 1]; 0: none are drawn
+  double thickness = 0.006;  ///< shares of the box's diagonal, as the next
+  double length = 0.06;
+
+  void validate() const;  ///< @throws Error{Errc::usage}
+};
+
 struct TransferOptions {
   GridOptions grids;  ///< of the target
+  DrawnFibers fibers;
   ColorNames colorNames = ColorNames::houdini;
   bool halfColors = false;  ///< colors are saved as half floats
   bool rest = false;        ///< the target's ball coordinates too, after no motion
@@ -45,7 +55,8 @@ struct Transfer {
 
 /// A texture of the ball: `Cd`, and `fiber` (unit vectors, contravariant) where it has a grain. The solid's
 /// `surface` and `density` come along.
-/// @throws what SolidGrids throws; Error{Errc::usage} for a route that has a source.
+/// @throws what SolidGrids throws; Error{Errc::usage} for a route that has a source, and when fibers are to
+/// be drawn in what has no grain.
 Transfer transferTexture(const TextureRoute& route, const SolidTexture& texture,
                          const TransferOptions& options, Context& context = Context::quiet());
 
@@ -67,6 +78,7 @@ std::vector<CarriedGrid> chooseGrids(const SampledGrids& file, const std::vector
 /// contravariant vectors are carried by the inverse of the route's Jacobian, covariant ones by its transpose,
 /// positions by the way back. Where no voxel of the source is active within reach, the target's is not
 /// either.
+/// Fibers are drawn along contravariant vectors named `fiber`.
 /// @throws what SolidGrids throws; Error{Errc::usage} for a route without source, or when grids of the source
 /// lie nowhere in the source's solid.
 Transfer transferGrids(const TextureRoute& route, const std::vector<CarriedGrid>& grids,

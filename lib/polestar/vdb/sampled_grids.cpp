@@ -12,6 +12,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "polestar/core/error.h"
+#include "polestar/vdb/detail/sampled_file.h"
 #include "polestar/vdb/detail/vdb_archive.h"
 #include "polestar/vdb/detail/vdb_file.h"
 
@@ -272,19 +273,14 @@ void SampledGrid::sample(std::span<const Vec3> world, std::span<const Mat3> foot
   data_->sample(world, footprints, values, weights);
 }
 
-struct SampledGrids::File {
-  openvdb::GridPtrVec grids;
+namespace {
 
-  openvdb::GridBase::ConstPtr named(const std::string& name) const {
-    for (const auto& grid : grids) {
-      if (grid->getName() == name) return grid;
-    }
-    return nullptr;
-  }
-};
+openvdb::GridCPtrVec constant(const openvdb::GridPtrVec& grids) { return {grids.begin(), grids.end()}; }
+
+}  // namespace
 
 SampledGrids::SampledGrids(const std::filesystem::path& path)
-    : SampledGrids(std::make_shared<const File>(File{detail::readVdb(path)})) {}
+    : SampledGrids(std::make_shared<const File>(File{constant(detail::readVdb(path))})) {}
 
 SampledGrids::SampledGrids(std::shared_ptr<const File> file) : file_(std::move(file)) {
   for (const auto& grid : file_->grids) {
@@ -394,14 +390,15 @@ void SliceVolume::addSlice(std::span<const Pixel> pixels) {
 }
 
 SampledGrids SliceVolume::finish() {
-  openvdb::GridPtrVec grids{impl_->color};
+  openvdb::GridCPtrVec grids{impl_->color};
   impl_->color->setName("Cd");
+  impl_->color->setTransform(impl_->transform);
+  impl_->alpha->setTransform(impl_->transform);
   if (impl_->hasAlpha) {
     impl_->alpha->setName("density");
     impl_->alpha->setGridClass(openvdb::GRID_FOG_VOLUME);
     grids.push_back(impl_->alpha);
   }
-  for (const auto& grid : grids) grid->setTransform(impl_->transform);
   return SampledGrids(std::make_shared<const SampledGrids::File>(SampledGrids::File{std::move(grids)}));
 }
 

@@ -78,6 +78,7 @@ class SampledGrids {
 
  private:
   friend class SliceVolume;
+  friend class SolidGrids;
   struct File;
   explicit SampledGrids(std::shared_ptr<const File> file);
 

@@ -16,6 +16,7 @@
 #include "polestar/core/version.h"
 #include "polestar/vdb/detail/grid_parts.h"
 #include "polestar/vdb/detail/mesh_to_level_set.h"
+#include "polestar/vdb/detail/sampled_file.h"
 #include "polestar/vdb/detail/vdb_archive.h"
 #include "polestar/vdb/detail/vdb_file.h"
 
@@ -252,6 +253,11 @@ SolidGrids& SolidGrids::operator=(SolidGrids&&) noexcept = default;
 double SolidGrids::voxelSize() const { return impl_->options.voxelSize; }
 std::size_t SolidGrids::insideVoxels() const { return impl_->insideCount; }
 std::size_t SolidGrids::activeVoxels() const { return impl_->paddedCount; }
+SampledGrids SolidGrids::lookUp() const {
+  return SampledGrids(std::make_shared<const SampledGrids::File>(
+      SampledGrids::File{{impl_->grids.begin(), impl_->grids.end()}}));
+}
+
 Vec3 SolidGrids::indexToWorld(const Vec3& index) const { return impl_->toWorld(index); }
 
 namespace {

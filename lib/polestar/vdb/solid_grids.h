@@ -15,6 +15,7 @@
 
 #include "polestar/core/context.h"
 #include "polestar/mesh/tri_mesh.h"
+#include "polestar/vdb/sampled_grids.h"
 #include "polestar/vdb/value_role.h"
 
 namespace polestar {
@@ -141,6 +142,9 @@ class SolidGrids {
   /// Puts the values of a cube's active samples, listed by their place in it, in the place of those that the
   /// grid holds.
   void replace(const std::string& vectorGrid, const Cube& cube, std::span<const std::size_t> samples);
+
+  /// The grids as they are now, to be looked up; shares their voxels, so nothing may replace these meanwhile.
+  SampledGrids lookUp() const;
 
   /// World position (mesh units) of an index-space point.
   Vec3 indexToWorld(const Vec3& index) const;
