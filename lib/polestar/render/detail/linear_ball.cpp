@@ -6,7 +6,7 @@
 namespace polestar::detail {
 namespace {
 
-constexpr double kSecondTry = 1e-6;  // of the way to the center
+constexpr double kSecondTry = 4e-6;  // of the way to the center: what rays in single precision may miss
 constexpr double kLongestStep = 2;   // of finite differences, in widths of the pixel
 
 Vec3 inward(const Vec3& point, const Vec3& center) {

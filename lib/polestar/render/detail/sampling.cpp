@@ -36,7 +36,9 @@ POLESTAR_INTO_CLONES std::uint32_t sobolSecondReversed(std::uint32_t index) {
   return index ^ (index >> 16);
 }
 
-POLESTAR_INTO_CLONES float unitFloat(std::uint32_t x) { return static_cast<float>(static_cast<std::int32_t>(x >> 8)) * 0x1p-24f; }
+POLESTAR_INTO_CLONES float unitFloat(std::uint32_t x) {
+  return static_cast<float>(static_cast<std::int32_t>(x >> 8)) * 0x1p-24f;
+}
 
 struct Seeds {
   std::uint32_t shuffle, first, second;
@@ -57,7 +59,9 @@ POLESTAR_INTO_CLONES void squarePoint(std::uint32_t index, const Seeds& seeds, f
 /// sin(2 pi t), |t| <= 1/4, within 1e-7.
 POLESTAR_INTO_CLONES float sineOfTurns(float t) {
   const float x = 6.2831853f * t, z = x * x;
-  return x * (1 + z * (-1.6666667e-1f + z * (8.3333333e-3f + z * (-1.9841270e-4f + z * (2.7557319e-6f + z * -2.5052108e-8f)))));
+  return x *
+         (1 + z * (-1.6666667e-1f +
+                   z * (8.3333333e-3f + z * (-1.9841270e-4f + z * (2.7557319e-6f + z * -2.5052108e-8f)))));
 }
 
 POLESTAR_INTO_CLONES float tent(float u) {

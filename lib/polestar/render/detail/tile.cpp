@@ -9,12 +9,13 @@
 namespace polestar::detail {
 namespace {
 
-constexpr std::size_t kBatch = 16384;      // samples at once: their data stay in the cache's second level
-constexpr float kRayOffset = 1e-4f;        // of shadow rays
-constexpr float kSteepest = 0.05f;         // cosine at which a pixel's length on the solid stops growing
-constexpr float kReach = 2;                // of a patch, pixels
-constexpr float kFilterRadius = 0.8f;      // of the tent that pixels are averaged by, which softens edges a little; pixels
-constexpr double kTapShare = 0.55;         // of a pixel's length that a quarter of its samples stands for
+constexpr std::size_t kBatch = 16384;  // samples at once: their data stay in the cache's second level
+constexpr float kRayOffset = 1e-4f;    // of shadow rays
+constexpr float kSteepest = 0.05f;     // cosine at which a pixel's length on the solid stops growing
+constexpr float kReach = 2;            // of a patch, pixels
+constexpr float kFilterRadius =
+    0.8f;  // of the tent that pixels are averaged by, which softens edges a little; pixels
+constexpr double kTapShare = 0.55;  // of a pixel's length that a quarter of its samples stands for
 
 /// Does a ray from outside meet the ball around the origin?
 bool meetsBall(const Vec3f& origin, const Vec3f& direction, float radiusSquared) {
@@ -167,7 +168,8 @@ void Tile::look() {
   taps.reserve(taps_.size());
   for (const Tap& tap : taps_) {
     const double unit = stage_.frame.unit / tap.samples;
-    taps.push_back({tap.patch, unit * static_cast<double>(tap.first), unit * static_cast<double>(tap.second)});
+    taps.push_back(
+        {tap.patch, unit * static_cast<double>(tap.first), unit * static_cast<double>(tap.second)});
   }
   looks_.assign(taps.size(), SurfaceLook());
   if (taps.empty()) return;
