@@ -12,6 +12,7 @@
 namespace polestar::detail {
 namespace {
 
+const Vec3f kCrystalEdge = linearFromSrgb(0xfaf8fb);
 /// A random function of depth: broad tones and fine lines, in colors that change from gray-blue to red-brown
 /// and back. As a ramp, so that its mean over any interval of depth is exact. `aside` is the way to a
 /// sequence that is alike but not the same.
@@ -118,7 +119,7 @@ class Agate final : public PointTexture {
     const double width = 0.05;
     Vec3f color = mix(quartz_.mean(light, width), violet_.mean(light, width), violet);
     const double edge = shareWithin(cell.walls[0], 0.02, 0.05, place.footprint);
-    return mix(color, linearFromSrgb(0xfaf8fb), 0.35 * kept * edge);
+    return mix(color, kCrystalEdge, 0.35 * kept * edge);
   }
 
   double warp_, crystal_, amethyst_, crust_;

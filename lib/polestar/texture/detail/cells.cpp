@@ -17,7 +17,7 @@ struct Nearest {
   };
   std::array<Points, 3> best;  ///< nearest first
 
-  void add(Points points) {
+  POLESTAR_INTO_CLONES void add(Points points) {
     for (Points& other : best) {
       const Int4 nearer = points.squared < other.squared;
       exchange(nearer, points.squared, other.squared);
@@ -28,7 +28,7 @@ struct Nearest {
 
  private:
   template <class Lanes4>
-  static void exchange(Int4 where, Lanes4& a, Lanes4& b) {
+  POLESTAR_INTO_CLONES static void exchange(Int4 where, Lanes4& a, Lanes4& b) {
     const Lanes4 kept = where ? a : b;
     a = where ? b : a;
     b = kept;
@@ -42,7 +42,7 @@ struct Candidate {
 };
 
 /// The three nearest of all lanes.
-std::array<Candidate, 3> reduce(const Nearest& nearest) {
+POLESTAR_INTO_CLONES std::array<Candidate, 3> reduce(const Nearest& nearest) {
   std::array<Candidate, 3> best;
   for (const Nearest::Points& points : nearest.best) {
     // The last lane repeats the one before.
@@ -58,7 +58,7 @@ std::array<Candidate, 3> reduce(const Nearest& nearest) {
 
 }  // namespace
 
-Cell cellAt(const VaryingPoint& domain, double jitter, std::uint32_t seed) {
+POLESTAR_SIMD_CLONES Cell cellAt(const VaryingPoint& domain, double jitter, std::uint32_t seed) {
   const Vec3 p = domain.value();
   const std::array<std::int32_t, 3> base = {floorOf(p[0]), floorOf(p[1]), floorOf(p[2])};
   const std::array<float, 3> local = {static_cast<float>(p[0] - base[0]), static_cast<float>(p[1] - base[1]),

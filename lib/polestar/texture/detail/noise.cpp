@@ -24,7 +24,7 @@ struct Simplex {
 };
 
 /// The lattice of cubes, sheared along its diagonal, has six equal tetrahedra a cube.
-Simplex simplexAround(const Vec3& q) {
+POLESTAR_INTO_CLONES Simplex simplexAround(const Vec3& q) {
   const double skew = (q[0] + q[1] + q[2]) / 3;
   Simplex simplex;
   simplex.base = {floorOf(q[0] + skew), floorOf(q[1] + skew), floorOf(q[2] + skew)};
@@ -41,7 +41,7 @@ Simplex simplexAround(const Vec3& q) {
 
 }  // namespace
 
-NoiseValue simplexNoise(const Vec3& p, std::uint32_t seed) {
+POLESTAR_SIMD_CLONES NoiseValue simplexNoise(const Vec3& p, std::uint32_t seed) {
   const Simplex simplex = simplexAround(kLatticeScale * p);
   // All four corners at once.
   constexpr Int4 corner = {0, 1, 2, 3};

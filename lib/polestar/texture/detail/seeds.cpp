@@ -123,8 +123,8 @@ double Seed::share(double scale, double softness, const Footprint& footprint) co
 
 Seed seedNear(const VaryingPoint& ball, const Footprint& footprint, const SeedLayout& layout) {
   const Vec3 p = ball.value();
-  const double across = std::hypot(p[0], p[1]);
-  const double level = std::hypot(across / layout.equator, p[2] / layout.pole);
+  const double acrossSquared = (p[0] * p[0] + p[1] * p[1]) / (layout.equator * layout.equator);
+  const double level = std::sqrt(acrossSquared + p[2] * p[2] / (layout.pole * layout.pole));
   const double reach = (layout.scatter + 0.7 * layout.length) / layout.equator;
   if (std::abs(level - 1) > reach + 1.5 * footprint.size() / layout.equator) return {};
 
