@@ -21,8 +21,8 @@ constexpr std::size_t kCorrelatedSteps = 8;
 /// Correlation of simplexNoise with itself at this distance: that of wave vectors with the density
 /// |k|^2 exp(-|k|^2 / 2 spread^2), the spread fitted to measurements.
 double noiseCorrelation(double distance) {
-  constexpr double spread = 3.1;
-  const double t = distance * distance * spread * spread;
+  constexpr double kSpread = 3.1;
+  const double t = distance * distance * kSpread * kSpread;
   return (1 - t / 3) * std::exp(-t / 2);
 }
 

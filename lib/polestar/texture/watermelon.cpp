@@ -63,11 +63,11 @@ class Watermelon final : public FiberTexture {
  private:
   TextureSample at(const Place& place) const override {
     TextureSample sample;
-    constexpr double skin = 0.022;
-    const double skinned = shareAbove(place.radius - (1 - skin), skin, place.footprint);
+    constexpr double kSkin = 0.022;
+    const double skinned = shareAbove(place.radius - (1 - kSkin), kSkin, place.footprint);
     if (skinned < 1) sample = flesh(place);
     if (skinned > 0) {
-      const TextureSample outer = this->skin(place);
+      const TextureSample outer = skin(place);
       sample.color = mix(sample.color, outer.color, skinned);
       sample.gloss = static_cast<float>(mix(sample.gloss, outer.gloss, skinned));
       sample.heightGradient = skinned * outer.heightGradient;

@@ -64,15 +64,15 @@ POLESTAR_SIMD_CLONES Cell cellAt(const VaryingPoint& domain, double jitter, std:
   const std::array<float, 3> local = {static_cast<float>(p[0] - base[0]), static_cast<float>(p[1] - base[1]),
                                       static_cast<float>(p[2] - base[2])};
   // Lanes are the cubes one below, at and above along z.
-  constexpr Int4 lane = {-1, 0, 1, 1};
+  constexpr Int4 kLane = {-1, 0, 1, 1};
   const auto scale = static_cast<float>(jitter / 1023), start = static_cast<float>(0.5 - jitter / 2);
   Nearest nearest;
   for (std::int32_t row = 0; row < 9; ++row) {
     const std::int32_t a = row / 3 - 1, b = row % 3 - 1;
-    const Uint4 hash = latticeHash(Int4{} + (base[0] + a), Int4{} + (base[1] + b), lane + base[2], seed);
+    const Uint4 hash = latticeHash(Int4{} + (base[0] + a), Int4{} + (base[1] + b), kLane + base[2], seed);
     const Float4 x = (static_cast<float>(a) + start - local[0]) + scale * tenBits(hash, 0),
                  y = (static_cast<float>(b) + start - local[1]) + scale * tenBits(hash, 10),
-                 z = toFloat(lane) + (start - local[2]) + scale * tenBits(hash, 20);
+                 z = toFloat(kLane) + (start - local[2]) + scale * tenBits(hash, 20);
     nearest.add({x * x + y * y + z * z, hash, Int4{} + row});
   }
   const std::array<Candidate, 3> best = reduce(nearest);

@@ -64,7 +64,7 @@ SeedCell cellNear(const SeedLayout& layout, double sine, double turn, bool secon
     cell.row = nearest(sine * rows, secondRow);
     cell.sine = cell.row / rows;
     const double cosine = std::sqrt(std::max(0.0, 1 - cell.sine * cell.sine));
-    cell.around = std::max(1, static_cast<int>(layout.around * cosine + 0.5));
+    cell.around = std::max(1, static_cast<int>(std::lround(layout.around * cosine)));
   }
   const int column = nearest(turn * cell.around, secondColumn) % cell.around;
   cell.column = column < 0 ? column + cell.around : column;
@@ -79,8 +79,8 @@ SeedCell cellNear(const SeedLayout& layout, double sine, double turn, bool secon
 
 /// Volume of a drop over that of its cell, spread over the shell that seeds lie in.
 double density(double level, double reach, const Footprint& footprint, const SeedLayout& layout) {
-  constexpr double dropOverBox = 0.3;
-  const double drop = dropOverBox * layout.length * layout.width * layout.thickness;
+  constexpr double kDropOverBox = 0.3;
+  const double drop = kDropOverBox * layout.length * layout.width * layout.thickness;
   const double cell = layout.equator * 2 * kPi / layout.around * layout.pole * 2 / layout.rows;
   const double half = reach * layout.equator, blur = footprint.size();
   const double fromShell = std::abs(level - 1) * layout.equator;
