@@ -69,8 +69,8 @@ TEST_P(Filtering, IsContinuousAtTheCenter) {
       Vec3f last = testing::colorAt(*texture, -size * direction, footprint);
       for (int i = -19; i <= 20; ++i) {
         const Vec3f color = testing::colorAt(*texture, i / 20.0 * size * direction, footprint);
-        // A twentieth of the footprint holds a twentieth of its content; where four grains meet more may change,
-        // for a footprint is divided among three.
+        // A twentieth of the footprint holds a twentieth of its content; where four grains meet more may
+        // change, for a footprint is divided among three.
         ASSERT_LT((color - last).cwiseAbs().maxCoeff(), 0.15f) << size << " at step " << i;
         last = color;
       }

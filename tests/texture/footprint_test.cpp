@@ -77,9 +77,9 @@ TEST(Ramp, MeanIsThatOfItsPoints) {
   for (const double width : {1e-9, 0.01, 0.3, 4.0}) {
     for (double middle = -0.5; middle < 1.5; middle += 0.13) {
       Vec3 sum = Vec3::Zero();
-      constexpr int count = 4000;
-      for (int i = 0; i < count; ++i) {
-        sum += ramp.mean(middle + width * ((i + 0.5) / count - 0.5), 0).cast<double>() / count;
+      constexpr int kCount = 4000;
+      for (int i = 0; i < kCount; ++i) {
+        sum += ramp.mean(middle + width * ((i + 0.5) / kCount - 0.5), 0).cast<double>() / kCount;
       }
       EXPECT_NEAR((ramp.mean(middle, width).cast<double>() - sum).norm(), 0, 2e-3) << middle << " " << width;
     }

@@ -12,6 +12,7 @@
 namespace polestar::detail {
 namespace {
 
+const Vec3f kCrystalEdge = linearFromSrgb(0xfaf8fb);
 /// A random function of depth: broad tones and fine lines, in colors that change from gray-blue to red-brown
 /// and back. As a ramp, so that its mean over any interval of depth is exact. `aside` is the way to a
 /// sequence that is alike but not the same.
@@ -32,10 +33,10 @@ Ramp bandsOf(const Parameters& p, double aside) {
                     {0.5, 0xdba35f},
                     {1.1, 0xa34e28},
                     {2.2, 0xe9d3b0}});
-  constexpr double start = -0.2, step = 1.0 / 2048;
-  const Footprint blur(step * Mat3::Identity());
+  constexpr double kStart = -0.2, kStep = 1.0 / 2048;
+  const Footprint blur(kStep * Mat3::Identity());
   std::vector<Ramp::Stop> stops;
-  for (double depth = start; depth < 1.2; depth += step) {
+  for (double depth = kStart; depth < 1.2; depth += kStep) {
     const VaryingPoint broad = 0.4 * p["bands"] * VaryingPoint(Vec3(depth, 0, 0));
     const VaryingPoint offset(broad.x, broad.y + aside, broad.z);
     const Varying tone = fractalNoise(offset, blur.in(offset), {1, 5, 0.72}, p.seed() + 1);
@@ -115,10 +116,10 @@ class Agate final : public PointTexture {
     const double coarse = toneOf(cell, place.footprint), fine = toneOf(facet, place.footprint);
     const double light = 0.5 + kept * 0.6 * (coarse - 0.5) + keptFine * 0.45 * (fine - 0.5);
     const double violet = amethyst_ * smoothStep(0, 0.7 * crystal_, depth.value);
-    const double width = 0.05;
-    Vec3f color = mix(quartz_.mean(light, width), violet_.mean(light, width), violet);
+    constexpr double kWidth = 0.05;
+    Vec3f color = mix(quartz_.mean(light, kWidth), violet_.mean(light, kWidth), violet);
     const double edge = shareWithin(cell.walls[0], 0.02, 0.05, place.footprint);
-    return mix(color, linearFromSrgb(0xfaf8fb), 0.35 * kept * edge);
+    return mix(color, kCrystalEdge, 0.35 * kept * edge);
   }
 
   double warp_, crystal_, amethyst_, crust_;

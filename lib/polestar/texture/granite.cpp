@@ -94,14 +94,14 @@ class Granite final : public PointTexture {
 
   /// Measured: whatever the parameters, the mean of what is drawn.
   Vec3f measuredMean() const {
-    constexpr int count = 4096;
+    constexpr int kCount = 4096;
     const Footprint point(Mat3::Zero());
     Vec3 sum = Vec3::Zero();
-    for (std::uint32_t i = 0; i < count; ++i) {
+    for (std::uint32_t i = 0; i < kCount; ++i) {
       const Vec3 p = 40 * grain_ * Vec3(uniform(i, 1), uniform(i, 2), uniform(i, 3));
       sum += grains(Place({p, Mat3::Zero()}), point).cast<double>();
     }
-    return (sum / count).cast<float>();
+    return (sum / kCount).cast<float>();
   }
 
   double grain_, quartzShare_, micaShare_, pink_, polish_;

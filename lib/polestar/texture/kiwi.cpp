@@ -12,6 +12,7 @@
 namespace polestar::detail {
 namespace {
 
+const Vec3f kSeedShell = linearFromSrgb(0x17100b), kSeedShine = linearFromSrgb(0x4b3320);
 /// Of the line that the flesh fans out from.
 constexpr double kAxisHalfLength = 0.5;
 constexpr double kCoreHalfLength = 0.66;
@@ -26,7 +27,7 @@ SeedLayout seedLayout(const Parameters& p, double fromCore, std::uint32_t salt) 
   layout.length = 0.115 * p["seed-size"];
   layout.width = 0.056 * p["seed-size"];
   layout.thickness = 0.05 * p["seed-size"];
-  layout.scatter = 0.03;
+  layout.scatter = 0.022;
   layout.presence = p["seeds"];
   layout.seed = p.seed() + salt;
   return layout;
@@ -42,7 +43,7 @@ class Kiwi final : public FiberTexture {
         fuzz_(p["fuzz"]),
         seed_(p.seed()),
         inner_(seedLayout(p, 0.13, 10)),
-        outer_(seedLayout(p, 0.245, 20)),
+        outer_(seedLayout(p, 0.262, 20)),
         locule_({{0, 0xa9ba52},
                  {0.07, 0x6b951d},
                  {0.2, 0x578414},
@@ -116,7 +117,7 @@ class Kiwi final : public FiberTexture {
     color = mix(color, color.cwiseProduct(Vec3f(0.55f, 0.66f, 0.4f)), 0.8 * jelly);
     const double inside = seed.share(1, 0.25, place.footprint);
     const double shine = std::exp(-6 * std::pow(seed.across + 0.35, 2)) * (0.3 + 0.7 * uniform(seed.hash, 7));
-    const Vec3f shell = mix(linearFromSrgb(0x17100b), linearFromSrgb(0x4b3320), 0.7 * shine);
+    const Vec3f shell = mix(kSeedShell, kSeedShine, 0.7 * shine);
     color = mix(color, shell, inside);
     sample.gloss = static_cast<float>(mix(sample.gloss, 0.8, inside));
   }

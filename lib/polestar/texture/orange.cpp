@@ -15,6 +15,9 @@
 namespace polestar::detail {
 namespace {
 
+const Vec3f kThinMembrane = linearFromSrgb(0xf6d08c), kGland = linearFromSrgb(0xd9820f),
+            kVesicleWall = linearFromSrgb(0xffd488), kSegmentSkin = linearFromSrgb(0xfbd594),
+            kStem = linearFromSrgb(0x7d8a3f);
 constexpr double kAxisHalfLength = 0.4;
 /// Oil glands per ball radius.
 constexpr double kGlands = 26;
@@ -93,7 +96,7 @@ class Orange final : public FiberTexture {
       sample.color = white_.mean(fibers, footprint);
       // Towards the center the walls are thin enough to shine through.
       const double thin = smoothStep(0.9 - zest_ - pith_, 0.5, place.radius.value);
-      sample.color = mix(sample.color, linearFromSrgb(0xf6d08c), 0.5 * thin);
+      sample.color = mix(sample.color, kThinMembrane, 0.5 * thin);
       const Varying peel = (place.radius - (1 - zest_)) / zest_ + 0.12 * fibers;
       sample.color = mix(sample.color, peelColor(place, peel), shareAbove(peel, 0.15, footprint));
     }
@@ -109,7 +112,7 @@ class Orange final : public FiberTexture {
     const Cell gland = cellAt(kGlands * place.ball, 0.8, seed_ + 3);
     const double kept = place.footprint.scaled(kGlands).kept(2 * kCellSpread);
     const double drop = mix(0.15, shareAbove(0.3 - gland.center, 0.12, place.footprint), kept);
-    return mix(peel_.mean(peel, place.footprint), linearFromSrgb(0xd9820f), 0.6 * drop);
+    return mix(peel_.mean(peel, place.footprint), kGland, 0.6 * drop);
   }
 
   /// Spindles that point from the rind to the axis and narrow as they go.
@@ -135,10 +138,10 @@ class Orange final : public FiberTexture {
     const double light = mix(0.5, 0.12 + 0.55 * tone + round, kept) + 0.05 * streaks.value;
     Vec3f color = juice_.mean(light, 0.1);
     const double wall = shareWithin(cell.walls[0], 0.03, 0.07, footprint);
-    color = mix(color, linearFromSrgb(0xffd488), mix(0.09, 0.45 * wall, kept));
+    color = mix(color, kVesicleWall, mix(0.09, 0.45 * wall, kept));
     // The segment's own skin.
     const double skin = shareAbove(0.012 - segment.depth, 0.016, footprint);
-    return mix(color, linearFromSrgb(0xfbd594), 0.75 * skin);
+    return mix(color, kSegmentSkin, 0.75 * skin);
   }
 
   /// Pores over oil glands: small pits, a shade deeper.
@@ -168,7 +171,7 @@ class Orange final : public FiberTexture {
     if (place.ball.z.value < 0) return;
     const Varying across = hypot(place.ball.x, place.ball.y);
     const double star = shareAbove(0.045 - across, 0.02, place.footprint);
-    sample.color = mix(sample.color, linearFromSrgb(0x7d8a3f), star);
+    sample.color = mix(sample.color, kStem, star);
     sample.gloss *= static_cast<float>(1 - star);
     sample.heightGradient += 0.5 * std::exp(-std::pow(across.value / 0.09, 2)) * across.gradient;
   }

@@ -89,7 +89,7 @@ int main(int argc, char** argv) {
   app.add_option("names", options.names, "textures; all without a name");
   app.add_option("-o", options.folder, "folder for the pictures");
   std::vector<std::string> settings;
-  app.add_option("--set", settings, "NAME=VALUE of a parameter");
+  app.add_option("--set", settings, "NAME=VALUE of a parameter")->allow_extra_args(false);
   app.add_option("--size", options.size, "pixels of a quarter of a sheet");
   app.add_option("--side", options.side, "samples a pixel: the square of this");
   app.add_option("--width", options.width, "of a quarter, ball radii: small ones show the center");

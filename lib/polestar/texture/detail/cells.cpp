@@ -17,7 +17,7 @@ struct Nearest {
   };
   std::array<Points, 3> best;  ///< nearest first
 
-  void add(Points points) {
+  POLESTAR_INTO_CLONES void add(Points points) {
     for (Points& other : best) {
       const Int4 nearer = points.squared < other.squared;
       exchange(nearer, points.squared, other.squared);
@@ -28,7 +28,7 @@ struct Nearest {
 
  private:
   template <class Lanes4>
-  static void exchange(Int4 where, Lanes4& a, Lanes4& b) {
+  POLESTAR_INTO_CLONES static void exchange(Int4 where, Lanes4& a, Lanes4& b) {
     const Lanes4 kept = where ? a : b;
     a = where ? b : a;
     b = kept;
@@ -42,7 +42,7 @@ struct Candidate {
 };
 
 /// The three nearest of all lanes.
-std::array<Candidate, 3> reduce(const Nearest& nearest) {
+POLESTAR_INTO_CLONES std::array<Candidate, 3> reduce(const Nearest& nearest) {
   std::array<Candidate, 3> best;
   for (const Nearest::Points& points : nearest.best) {
     // The last lane repeats the one before.
@@ -58,21 +58,21 @@ std::array<Candidate, 3> reduce(const Nearest& nearest) {
 
 }  // namespace
 
-Cell cellAt(const VaryingPoint& domain, double jitter, std::uint32_t seed) {
+POLESTAR_SIMD_CLONES Cell cellAt(const VaryingPoint& domain, double jitter, std::uint32_t seed) {
   const Vec3 p = domain.value();
   const std::array<std::int32_t, 3> base = {floorOf(p[0]), floorOf(p[1]), floorOf(p[2])};
   const std::array<float, 3> local = {static_cast<float>(p[0] - base[0]), static_cast<float>(p[1] - base[1]),
                                       static_cast<float>(p[2] - base[2])};
   // Lanes are the cubes one below, at and above along z.
-  constexpr Int4 lane = {-1, 0, 1, 1};
+  constexpr Int4 kLane = {-1, 0, 1, 1};
   const auto scale = static_cast<float>(jitter / 1023), start = static_cast<float>(0.5 - jitter / 2);
   Nearest nearest;
   for (std::int32_t row = 0; row < 9; ++row) {
     const std::int32_t a = row / 3 - 1, b = row % 3 - 1;
-    const Uint4 hash = latticeHash(Int4{} + (base[0] + a), Int4{} + (base[1] + b), lane + base[2], seed);
+    const Uint4 hash = latticeHash(Int4{} + (base[0] + a), Int4{} + (base[1] + b), kLane + base[2], seed);
     const Float4 x = (static_cast<float>(a) + start - local[0]) + scale * tenBits(hash, 0),
                  y = (static_cast<float>(b) + start - local[1]) + scale * tenBits(hash, 10),
-                 z = toFloat(lane) + (start - local[2]) + scale * tenBits(hash, 20);
+                 z = toFloat(kLane) + (start - local[2]) + scale * tenBits(hash, 20);
     nearest.add({x * x + y * y + z * z, hash, Int4{} + row});
   }
   const std::array<Candidate, 3> best = reduce(nearest);

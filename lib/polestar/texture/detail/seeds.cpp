@@ -64,7 +64,7 @@ SeedCell cellNear(const SeedLayout& layout, double sine, double turn, bool secon
     cell.row = nearest(sine * rows, secondRow);
     cell.sine = cell.row / rows;
     const double cosine = std::sqrt(std::max(0.0, 1 - cell.sine * cell.sine));
-    cell.around = std::max(1, static_cast<int>(layout.around * cosine + 0.5));
+    cell.around = std::max(1, static_cast<int>(std::lround(layout.around * cosine)));
   }
   const int column = nearest(turn * cell.around, secondColumn) % cell.around;
   cell.column = column < 0 ? column + cell.around : column;
@@ -79,8 +79,8 @@ SeedCell cellNear(const SeedLayout& layout, double sine, double turn, bool secon
 
 /// Volume of a drop over that of its cell, spread over the shell that seeds lie in.
 double density(double level, double reach, const Footprint& footprint, const SeedLayout& layout) {
-  constexpr double dropOverBox = 0.3;
-  const double drop = dropOverBox * layout.length * layout.width * layout.thickness;
+  constexpr double kDropOverBox = 0.3;
+  const double drop = kDropOverBox * layout.length * layout.width * layout.thickness;
   const double cell = layout.equator * 2 * kPi / layout.around * layout.pole * 2 / layout.rows;
   const double half = reach * layout.equator, blur = footprint.size();
   const double fromShell = std::abs(level - 1) * layout.equator;
@@ -123,8 +123,8 @@ double Seed::share(double scale, double softness, const Footprint& footprint) co
 
 Seed seedNear(const VaryingPoint& ball, const Footprint& footprint, const SeedLayout& layout) {
   const Vec3 p = ball.value();
-  const double across = std::hypot(p[0], p[1]);
-  const double level = std::hypot(across / layout.equator, p[2] / layout.pole);
+  const double acrossSquared = (p[0] * p[0] + p[1] * p[1]) / (layout.equator * layout.equator);
+  const double level = std::sqrt(acrossSquared + p[2] * p[2] / (layout.pole * layout.pole));
   const double reach = (layout.scatter + 0.7 * layout.length) / layout.equator;
   if (std::abs(level - 1) > reach + 1.5 * footprint.size() / layout.equator) return {};
 
