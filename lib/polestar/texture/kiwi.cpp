@@ -22,7 +22,7 @@ SeedLayout seedLayout(const Parameters& p, double fromCore, std::uint32_t salt) 
   layout.equator = p["core"] + fromCore;
   layout.pole = kCoreHalfLength + 0.5 * fromCore - 0.08;
   layout.around = p.count("locules");
-  layout.rows = 34;
+  layout.rows = 27;
   layout.length = 0.115 * p["seed-size"];
   layout.width = 0.056 * p["seed-size"];
   layout.thickness = 0.05 * p["seed-size"];
@@ -112,10 +112,9 @@ class Kiwi final : public FiberTexture {
   /// Near-black, a brown shine on the side; around it the locule's clear, dark jelly.
   void addSeed(const Place& place, const SeedLayout& layout, TextureSample& sample, Vec3f& color) const {
     const Seed seed = seedNear(place.ball, place.footprint, layout);
-    if (!seed.present) return;
-    const double jelly = shareAbove(2.4 - seed.form, 2.2, place.footprint);
+    const double jelly = seed.share(1.55, 2.2, place.footprint);
     color = mix(color, color.cwiseProduct(Vec3f(0.55f, 0.66f, 0.4f)), 0.8 * jelly);
-    const double inside = shareAbove(1.0 - seed.form, 0.25, place.footprint);
+    const double inside = seed.share(1, 0.25, place.footprint);
     const double shine = std::exp(-6 * std::pow(seed.across + 0.35, 2)) * (0.3 + 0.7 * uniform(seed.hash, 7));
     const Vec3f shell = mix(linearFromSrgb(0x17100b), linearFromSrgb(0x4b3320), 0.7 * shine);
     color = mix(color, shell, inside);
@@ -150,7 +149,7 @@ ProceduralTexture kiwi() {
   return {{"kiwi",
            "kiwi fruit: pale core, seeds in locules, green flesh, brown fuzzy skin",
            {{"locules", 30, 8, 80, "chambers around the core, a row of seeds in each"},
-            {"seeds", 0.85, 0, 1, "share of the places for seeds that hold one"},
+            {"seeds", 0.72, 0, 1, "share of the places for seeds that hold one"},
             {"seed-size", 1, 0.3, 1.5, "of a seed, over that of the real fruit"},
             {"core", 0.17, 0.05, 0.4, "radius of the pale core at the equator"},
             {"rays", 0.8, 0, 1, "contrast of the pale rays between the locules"},

@@ -46,10 +46,10 @@ class Marble final : public PointTexture {
     const double halo = shareWithin(folds, 0.2 * thickness_, 0.6 * thickness_, footprint);
     const double core = shareWithin(folds, 0.05 * thickness_, 0.1 * thickness_, footprint);
     const double fine = shareWithin(cracks, 0.045 * thickness_, 0.12 * thickness_, footprint);
-    const Vec3f gray = linearFromSrgb(0x5a5d63), brown = linearFromSrgb(0x9a7b4f);
+    const Vec3f gray = linearFromSrgb(0x4c5057), brown = linearFromSrgb(0x9a7b4f);
     const Vec3f veinColor = mix(gray, brown, gold_ * smoothStep(-0.5, 1.5, bendX.value));
     sample.color = mix(sample.color, linearFromSrgb(0x9da0a4), 0.6 * veins_ * strength * halo);
-    sample.color = mix(sample.color, veinColor, std::min(1.0, veins_ * strength) * 0.85 * core);
+    sample.color = mix(sample.color, veinColor, std::min(1.0, veins_ * strength) * 0.95 * core);
     const double sparse = smoothStep(0.0, 1.4, bendX.value - 0.3 * bendY.value);
     sample.color = mix(sample.color, veinColor, std::min(1.0, veins_) * 0.5 * sparse * fine);
     sample.gloss = static_cast<float>(polish_);

@@ -147,13 +147,13 @@ class TreeRings final : public FiberTexture {
     const VaryingPoint fibers(26.0 * p.x, 26.0 * p.y, 9.0 * p.z);
     const Varying rough = fractalNoise(fibers, footprint.in(fibers), {1, 4, 0.65}, seed_ + 7);
     // Height over the fissures, 0 to 1.
-    const double slope = 5, height = 1 - std::exp(-slope * plate.wall.value);
+    const double slope = 5, height = 1 - std::exp(-slope * plate.walls[0].value);
     TextureSample sample;
     const Varying tone(mix(0.2, 2.6 * height - 1.5, kept) + 0.55 * rough.value, 0.55 * rough.gradient,
                        0.3 * rough.variance + 0.4 * (1 - kept));
     sample.color = barkColor_.mean(tone, footprint);
     sample.heightGradient =
-        0.028 * kept * slope * (1 - height) * plate.wall.gradient + 0.004 * rough.gradient;
+        0.028 * kept * slope * (1 - height) * plate.walls[0].gradient + 0.004 * rough.gradient;
     return sample;
   }
 

@@ -107,11 +107,10 @@ class Watermelon final : public FiberTexture {
 
   void addSeed(const Place& place, const SeedLayout& layout, TextureSample& sample) const {
     const Seed seed = seedNear(place.ball, place.footprint, layout);
-    if (!seed.present) return;
     // A seed sits in a small hollow with a pale wall.
-    const double hollow = shareAbove(1.9 - seed.form, 0.9, place.footprint);
+    const double hollow = seed.share(1.38, 0.9, place.footprint);
     sample.color = mix(sample.color, linearFromSrgb(0xc4222e), 0.6 * hollow);
-    const double inside = shareAbove(1.0 - seed.form, 0.2, place.footprint);
+    const double inside = seed.share(1, 0.2, place.footprint);
     const double ripe = uniform(seed.hash, 8);
     const Vec3f shell = mix(linearFromSrgb(0x1a1110), linearFromSrgb(0x4a2b1b), ripe * ripe);
     const double rim = smoothStep(0.45, 1, seed.form.value) + smoothStep(-0.4, -0.9, seed.along);
@@ -169,7 +168,7 @@ ProceduralTexture watermelon() {
            {{"stripes", 11, 3, 40, "dark stripes around the skin"},
             {"jaggedness", 1, 0, 2, "how torn the edges of the stripes are"},
             {"rind", 0.15, 0.05, 0.4, "thickness of the rind"},
-            {"seeds", 0.6, 0, 1, "share of the places for seeds that hold one"},
+            {"seeds", 0.7, 0, 1, "share of the places for seeds that hold one"},
             {"seed-size", 1, 0.3, 1.5, "of a seed, over that of the real fruit"},
             kSeedParameter}},
           makeOf<Watermelon>};
