@@ -176,5 +176,24 @@ TEST(SolidScene, ShadingNormalsSmoothTheBallAndKeepTheCubesEdges) {
   }
 }
 
+TEST(SolidScene, RaysAlongTheSilhouetteMeetNoCutOutsideOfTheSolid) {
+  // The plane lies in front of the cube's edges, all over the picture; rays go at the edges themselves.
+  const Plane plane{Vec3::UnitX(), 0.2};
+  const SolidScene scene(cube(3), {notched({plane})}, kCrease);
+  Random random;
+  int met = 0;
+  for (int i = 0; i < 20000; ++i) {
+    Vec3 onEdge(random.uniform(-1, 1), i & 1 ? 1 : -1, i & 2 ? 1 : -1);
+    if (i & 4) std::swap(onEdge[0], onEdge[i & 8 ? 1 : 2]);
+    const Vec3 origin = 6 * Vec3(1, random.uniform(-1.5, 1.5), random.uniform(-1.5, 1.5)).normalized();
+    const Ray ray{origin, (onEdge - origin).normalized()};
+    const Hit hit = firstHit(scene, ray);
+    if (hit.scene.none() || hit.scene.skin()) continue;
+    ++met;
+    EXPECT_LT(hit.position.cwiseAbs().maxCoeff(), 1 + 2e-6) << i;
+  }
+  EXPECT_GT(met, 1000);
+}
+
 }  // namespace
 }  // namespace polestar::detail
