@@ -81,6 +81,7 @@ TEST_F(Render, ColorsOfGridsAreDrawnWithAndWithoutTheirMap) {
   EXPECT_EQ(run.exitCode, 0) << run.err;
   EXPECT_EQ(run.json()["look"], "colors of the grid Cd");
   EXPECT_EQ(run.json()["samples"]["unmapped"], 0);
+  expectRefused(2, colors(), "b.png", {"--iso-lines", "radius"}, "no grid rest");
   // Grids without colors need their map.
   fs::copy_file(grids(), scratch_ / "lonely.vdb");
   expectRefused(3, scratch_ / "lonely.vdb", "b.png", {}, "lonely.pmap");
