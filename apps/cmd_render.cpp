@@ -1,6 +1,7 @@
 // polestar render: pictures of a solid, cut open, in its coordinates, a texture, or the colors of its grids.
 
 #include <algorithm>
+#include <functional>
 #include <numbers>
 
 #include "cli/dry_run.h"
@@ -39,6 +40,25 @@ struct Totals {
   double raysPerSecond() const { return seconds > 0 ? static_cast<double>(primary + light) / seconds : 0; }
 };
 
+/// While it lives, the progress of one frame is shown as its share of all.
+class FrameProgress {
+ public:
+  FrameProgress(Context& context, std::size_t frame, std::size_t frames)
+      : context_(context), whole_(context.onProgress) {
+    if (!whole_) return;
+    context.onProgress = [this, frame, frames](std::string_view stage, double fraction) {
+      whole_(stage, (static_cast<double>(frame) + fraction) / static_cast<double>(frames));
+    };
+  }
+  ~FrameProgress() { context_.onProgress = whole_; }
+  FrameProgress(const FrameProgress&) = delete;
+  FrameProgress& operator=(const FrameProgress&) = delete;
+
+ private:
+  Context& context_;
+  std::function<void(std::string_view, double)> whole_;
+};
+
 class RenderCommand final : public Command {
  public:
   Description description() const override {
@@ -71,10 +91,10 @@ class RenderCommand final : public Command {
 
  private:
   void addLookOptions(CLI::App& app) {
-    app.add_option(
-           "--texture", look_.texture,
-           "A solid texture by name (kiwi, marble ...), or coordinates: panels of a soccer ball times "
-           "bands of radius. Default: the colors Cd or color of a .vdb, else coordinates")
+    app.add_option("--texture", look_.texture,
+                   "A solid texture by name (see polestar transfer --list), or coordinates: panels of a "
+                   "soccer ball times "
+                   "bands of radius. Default: the colors Cd or color of a .vdb, else coordinates")
         ->type_name("NAME");
     app.add_option("--set", settings_, "A parameter of the texture")
         ->type_name("NAME=VALUE")
@@ -251,6 +271,7 @@ class RenderCommand final : public Command {
         stage = Stage();
         stage = fog_ ? fogStage(jobs[i].input, session) : solidStage(jobs[i].input, session);
       }
+      const FrameProgress progress(session.context(), i, jobs.size());
       const Rendering rendering = stage.solid ? stage.solid->render(options_.turns[i], session.context())
                                               : stage.fog->render(options_.turns[i], session.context());
       totals.add(rendering);

@@ -332,7 +332,7 @@ TEST(Studio, TheOpenDomeGivesItsMeanByTheCosine) {
   const detail::Studio studio(camera, {});
   constexpr int kCount = 4096;
   std::vector<float> x(kCount), y(kCount);
-  detail::diskPoints(7, 2, kCount, x.data(), y.data());
+  detail::diskPoints({7, 0}, 2, kCount, x.data(), y.data());
   const auto mean = [&](const Vec3f& normal, bool seen) {
     Vec3f sum = Vec3f::Zero();
     for (int i = 0; i < kCount; ++i) {
@@ -361,7 +361,7 @@ TEST(Sampling, PointsAreStratified) {
   for (const std::uint32_t seed : {1u, 77u}) {
     constexpr int kCount = 64;
     float u[kCount], v[kCount];
-    detail::squarePoints(seed, 3, kCount, u, v);
+    detail::squarePoints({seed, 64}, 3, kCount, u, v);
     // One point in each cell of every elementary grid: 64 x 1, 8 x 8, 1 x 64.
     for (const int across : {1, 2, 4, 8, 16, 32, 64}) {
       std::vector<int> cells(kCount);
@@ -371,13 +371,26 @@ TEST(Sampling, PointsAreStratified) {
       for (const int count : cells) EXPECT_EQ(count, 1) << across;
     }
     float x[kCount], y[kCount];
-    detail::diskPoints(seed, 3, kCount, x, y);
+    detail::diskPoints({seed, 64}, 3, kCount, x, y);
     for (int i = 0; i < kCount; ++i) {
       EXPECT_NEAR(x[i] * x[i] + y[i] * y[i], u[i], 1e-6f);
       EXPECT_NEAR(x[i], std::sqrt(u[i]) * std::cos(2 * std::numbers::pi * (v[i] - 0.5)), 2e-6);
       EXPECT_NEAR(y[i], std::sqrt(u[i]) * std::sin(2 * std::numbers::pi * (v[i] - 0.5)), 2e-6);
     }
   }
+}
+
+TEST(Sampling, NeighbouringPixelsShareTheSquareEvenly) {
+  // 4 samples in each of 4 x 4 pixels: 64 points, stratified together as those of one pixel are.
+  std::vector<int> cells(64);
+  for (int y = 4; y < 8; ++y) {
+    for (int x = 8; x < 12; ++x) {
+      float u[4], v[4];
+      detail::squarePoints(detail::pixelSamples(x, y, 4), 1, 4, u, v);
+      for (int i = 0; i < 4; ++i) ++cells[static_cast<int>(8 * u[i]) * 8 + static_cast<int>(8 * v[i])];
+    }
+  }
+  for (const int count : cells) EXPECT_EQ(count, 1);
 }
 
 }  // namespace

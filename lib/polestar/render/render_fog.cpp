@@ -20,10 +20,10 @@ constexpr double kShadowStretch = 2;   // of steps towards lights
 constexpr float kFilterRadius = 0.8f;  // as the solid's pictures have it
 
 /// Random numbers of a pixel's samples.
-struct PixelSamples {
+struct SampleNumbers {
   std::vector<float> x, y, keyX, keyY, domeX, domeY, scatter, jitter;
 
-  explicit PixelSamples(std::size_t count)
+  explicit SampleNumbers(std::size_t count)
       : x(count),
         y(count),
         keyX(count),
@@ -33,11 +33,11 @@ struct PixelSamples {
         scatter(count),
         jitter(count) {}
   void fill(int column, int row) {
-    const std::uint32_t seed = pixelSeed(column, row);
-    tentPoints(seed, 0, x.size(), x.data(), y.data());
-    diskPoints(seed, 1, x.size(), keyX.data(), keyY.data());
-    diskPoints(seed, 2, x.size(), domeX.data(), domeY.data());
-    squarePoints(seed, 3, x.size(), scatter.data(), jitter.data());
+    const PixelSamples pixel = pixelSamples(column, row, static_cast<int>(x.size()));
+    tentPoints(pixel, 0, x.size(), x.data(), y.data());
+    diskPoints(pixel, 1, x.size(), keyX.data(), keyY.data());
+    diskPoints(pixel, 2, x.size(), domeX.data(), domeY.data());
+    squarePoints(pixel, 3, x.size(), scatter.data(), jitter.data());
     for (std::size_t i = 0; i < x.size(); ++i) {
       x[i] = static_cast<float>(column) + 0.5f + kFilterRadius * x[i];
       y[i] = static_cast<float>(row) + 0.5f + kFilterRadius * y[i];
@@ -140,7 +140,7 @@ class FogTile {
   const FogStage& stage_;
   const PixelBox box_;
   FogMarch march_;
-  PixelSamples random_;
+  SampleNumbers random_;
   TileCounts counts_;
 };
 

@@ -72,17 +72,20 @@ POLESTAR_INTO_CLONES float tent(float u) {
 }  // namespace
 
 POLESTAR_SIMD_CLONES
-void squarePoints(std::uint32_t seed, std::uint32_t stream, std::size_t count, float* u, float* v) {
-  const Seeds seeds(seed, stream);
-  for (std::size_t i = 0; i < count; ++i) squarePoint(static_cast<std::uint32_t>(i), seeds, u[i], v[i]);
+void squarePoints(const PixelSamples& pixel, std::uint32_t stream, std::size_t count, float* u, float* v) {
+  const Seeds seeds(pixel.seed, stream);
+  const std::uint32_t start = pixel.first;
+  for (std::size_t i = 0; i < count; ++i)
+    squarePoint(start + static_cast<std::uint32_t>(i), seeds, u[i], v[i]);
 }
 
 POLESTAR_SIMD_CLONES
-void diskPoints(std::uint32_t seed, std::uint32_t stream, std::size_t count, float* x, float* y) {
-  const Seeds seeds(seed, stream);
+void diskPoints(const PixelSamples& pixel, std::uint32_t stream, std::size_t count, float* x, float* y) {
+  const Seeds seeds(pixel.seed, stream);
+  const std::uint32_t start = pixel.first;
   for (std::size_t i = 0; i < count; ++i) {
     float u, v;
-    squarePoint(static_cast<std::uint32_t>(i), seeds, u, v);
+    squarePoint(start + static_cast<std::uint32_t>(i), seeds, u, v);
     const float radius = std::sqrt(u), turns = v - 0.5f, size = turns < 0 ? -turns : turns;
     const float folded = size > 0.25f ? 0.5f - size : size;
     x[i] = radius * sineOfTurns(0.25f - size);
@@ -91,11 +94,12 @@ void diskPoints(std::uint32_t seed, std::uint32_t stream, std::size_t count, flo
 }
 
 POLESTAR_SIMD_CLONES
-void tentPoints(std::uint32_t seed, std::uint32_t stream, std::size_t count, float* x, float* y) {
-  const Seeds seeds(seed, stream);
+void tentPoints(const PixelSamples& pixel, std::uint32_t stream, std::size_t count, float* x, float* y) {
+  const Seeds seeds(pixel.seed, stream);
+  const std::uint32_t start = pixel.first;
   for (std::size_t i = 0; i < count; ++i) {
     float u, v;
-    squarePoint(static_cast<std::uint32_t>(i), seeds, u, v);
+    squarePoint(start + static_cast<std::uint32_t>(i), seeds, u, v);
     x[i] = tent(u);
     y[i] = tent(v);
   }

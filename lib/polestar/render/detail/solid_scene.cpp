@@ -160,8 +160,13 @@ void SolidScene::trace(std::size_t piece, const RayBundle& rays, std::span<const
       SceneHit& hit = hits[query.ray];
       const float along = packet.hit.Ng_x[i] * packet.ray.dir_x[i] +
                           packet.hit.Ng_y[i] * packet.ray.dir_y[i] + packet.hit.Ng_z[i] * packet.ray.dir_z[i];
-      if (query.plane >= 0 && along > 0) {
-        if (atEdge(packet.hit.u[i], packet.hit.v[i]) && !insideBehind(shift, rays, query)) continue;
+      bool inside = query.plane >= 0 && along > 0;
+      if (query.plane >= 0 && atEdge(packet.hit.u[i], packet.hit.v[i])) {
+        const bool confirmed = insideBehind(shift, rays, query);
+        if (inside && !confirmed) continue;
+        inside = confirmed;
+      }
+      if (inside) {
         hit.distance = query.near;
         hit.plane = query.plane;
       } else {

@@ -67,11 +67,11 @@ void Tile::shoot(std::size_t first, std::size_t last) {
     values->resize((last - first) * samples);
   for (std::size_t p = first; p < last; ++p) {
     const Eigen::Vector2i corner = cornerOf(p);
-    const std::uint32_t seed = pixelSeed(corner[0], corner[1]);
+    const PixelSamples pixel = pixelSamples(corner[0], corner[1], stage_.samples);
     const std::size_t at = (p - first) * samples;
-    tentPoints(seed, 0, samples, &x_[at], &y_[at]);
-    diskPoints(seed, 1, samples, &keyX_[at], &keyY_[at]);
-    diskPoints(seed, 2, samples, &domeX_[at], &domeY_[at]);
+    tentPoints(pixel, 0, samples, &x_[at], &y_[at]);
+    diskPoints(pixel, 1, samples, &keyX_[at], &keyY_[at]);
+    diskPoints(pixel, 2, samples, &domeX_[at], &domeY_[at]);
     for (std::size_t i = at; i < at + samples; ++i) {
       x_[i] = static_cast<float>(corner[0]) + 0.5f + kFilterRadius * x_[i];
       y_[i] = static_cast<float>(corner[1]) + 0.5f + kFilterRadius * y_[i];
