@@ -4,6 +4,9 @@
 
 #include "polestar/mesh/bodies.h"
 #include "polestar/mesh/shapes.h"
+#include "polestar/pipeline.h"
+#include "polestar/texture/procedural.h"
+#include "polestar/texture/transfer.h"
 
 namespace polestar {
 namespace {
@@ -23,6 +26,16 @@ TriMesh fruit() {
 }
 
 }  // namespace
+
+SolidGrids sampleTexture() {
+  constexpr int kDim = 48;
+  const BallMap map =
+      mapToBall(verifyStarShape(verifyClosedSurface(fruit())), {.boundary = SphereMapKind::balanced});
+  TransferOptions options;
+  options.grids.voxelSize = voxelSizeFor(fruit(), kDim);
+  options.halfColors = true;
+  return transferTexture(TextureRoute(map), *makeTexture("kiwi"), options).grids;
+}
 
 std::vector<Volume> shippedVolumes() {
   const Vec3 origin = Vec3::Zero();
