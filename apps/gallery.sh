@@ -35,7 +35,7 @@ shapes=(head asteroid smooth_star twelve_lobes star_polyhedron cube)
 bodies=(bennu phobos castalia max_smooth100 cat_head_capped)
 meshes=${POLESTAR_MESHES:-$root/../shared/meshes}
 size=960x720
-samples=${POLESTAR_GALLERY_SAMPLES:-32}
+samples=${POLESTAR_GALLERY_SAMPLES:-16}
 
 bash "$root/apps/setup.sh" polestar_tool
 polestar=$root/build/release/polestar

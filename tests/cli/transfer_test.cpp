@@ -191,6 +191,12 @@ TEST_F(TransferTool, RefusesWithReasons) {
                 AllOf(HasSubstr("landmark 1"), HasSubstr("target")));
   std::ofstream(folder_ / "contrary.csv") << "1,0,0, 0,1,0\n1,0.001,0, 0,-1,0\n";
   expectRefused({two, map("ball.pmap"), "--landmarks", folder_ / "contrary.csv"}, 2, HasSubstr("contradict"));
+  SolidGrids cube(icosphere(3), {.voxelSize = 0.1});
+  cube.addVector("Cd", ValueRole::invariant, [](const VoxelBatch&, std::span<Vec3f>) {});
+  cube.setMetadata("polestar:domain", std::string("cube"));
+  cube.write(folder_ / "cube.vdb");
+  expectRefused({folder_ / "cube.vdb", map("star.pmap")}, 2,
+                AllOf(HasSubstr("cube"), HasSubstr("same domain")));
   // A surface that is not star-shaped has no map: the code says so.
   const TriMesh banana = transformed(icosphere(4), [](const Vec3& v) -> Vec3 {
     const double angle = 1.4 * v.x();
