@@ -1,6 +1,7 @@
 // polestar render: pictures of a solid, cut open, in its coordinates, a texture, or the colors of its grids.
 
 #include <algorithm>
+#include <functional>
 #include <numbers>
 
 #include "cli/dry_run.h"
@@ -13,6 +14,7 @@
 #include "polestar/core/error.h"
 #include "polestar/core/version.h"
 #include "polestar/io/display_view.h"
+#include "polestar/render/render_fog.h"
 #include "polestar/render/render_solid.h"
 
 namespace polestar::cli {
@@ -38,6 +40,25 @@ struct Totals {
   double raysPerSecond() const { return seconds > 0 ? static_cast<double>(primary + light) / seconds : 0; }
 };
 
+/// While it lives, the progress of one frame is shown as its share of all.
+class FrameProgress {
+ public:
+  FrameProgress(Context& context, std::size_t frame, std::size_t frames)
+      : context_(context), whole_(context.onProgress) {
+    if (!whole_) return;
+    context.onProgress = [this, frame, frames](std::string_view stage, double fraction) {
+      whole_(stage, (static_cast<double>(frame) + fraction) / static_cast<double>(frames));
+    };
+  }
+  ~FrameProgress() { context_.onProgress = whole_; }
+  FrameProgress(const FrameProgress&) = delete;
+  FrameProgress& operator=(const FrameProgress&) = delete;
+
+ private:
+  Context& context_;
+  std::function<void(std::string_view, double)> whole_;
+};
+
 class RenderCommand final : public Command {
  public:
   Description description() const override {
@@ -53,6 +74,7 @@ class RenderCommand final : public Command {
         ->type_name("");
     addLookOptions(app);
     addSceneOptions(app);
+    addFogOptions(app);
     addPictureOptions(app);
   }
 
@@ -69,10 +91,10 @@ class RenderCommand final : public Command {
 
  private:
   void addLookOptions(CLI::App& app) {
-    app.add_option(
-           "--texture", look_.texture,
-           "A solid texture by name (kiwi, marble ...), or coordinates: panels of a soccer ball times "
-           "bands of radius. Default: the colors Cd or color of a .vdb, else coordinates")
+    app.add_option("--texture", look_.texture,
+                   "A solid texture by name (see polestar transfer --list), or coordinates: panels of a "
+                   "soccer ball times "
+                   "bands of radius. Default: the colors Cd or color of a .vdb, else coordinates")
         ->type_name("NAME");
     app.add_option("--set", settings_, "A parameter of the texture")
         ->type_name("NAME=VALUE")
@@ -115,6 +137,16 @@ class RenderCommand final : public Command {
     app.add_flag("--flat", flat_, "Plain colors without light");
   }
 
+  void addFogOptions(CLI::App& app) {
+    app.add_flag("--fog", fog_,
+                 "Draw the grid density (or the first fog) of a .vdb as fog, in the colors Cd or color where "
+                 "there are any");
+    app.add_option(
+           "--mean-free-path", meanFreePath_,
+           "How far light gets in fog of density 1, share of half the diagonal of its box; default 0.04")
+        ->type_name("SHARE");
+  }
+
   void addPictureOptions(CLI::App& app) {
     app.add_option("--size", size_, "Pixels; default 1280x960")->type_name("WxH");
     app.add_option("--samples", options_.samples, "Samples a pixel")->capture_default_str()->type_name("N");
@@ -124,7 +156,7 @@ class RenderCommand final : public Command {
     app.add_option("--turntable", turntable_,
                    "Turn the solid by this over the frames; default 360 for one input, 0 for a sequence")
         ->type_name("DEGREES");
-    app.add_flag("--no-aovs", noAovs_, "An .exr with colors alone: no Z, N, ball, G, id");
+    app.add_flag("--no-aovs", noAovs_, "An .exr with colors alone: no Z, N, ball, green, id");
     app.add_option("--ocio-display", ocioDisplay_,
                    "Of the OpenColorIO configuration that $OCIO names: its display for a .png; default the "
                    "configuration's own")
@@ -142,9 +174,10 @@ class RenderCommand final : public Command {
       throw Error(Errc::usage, "the output " + output.string() + " does not end in .png or .exr");
     }
     prepareScene();
+    prepareFog();
     if (!size_.empty()) parseSize(size_, options_);
     if (!crop_.empty()) options_.crop = parseCrop(crop_);
-    options_.aovs = exr(session) && !noAovs_;
+    options_.aovs = exr(session) && !noAovs_ && !fog_;
     options_.validate();
     for (const std::string& setting : settings_) look_.settings.push_back(parseSetting(setting));
     if (!isoLines_.empty()) look_.isoLines = isoLines_;
@@ -153,7 +186,23 @@ class RenderCommand final : public Command {
     prepareDisplay(session);
   }
 
+  void prepareFog() {
+    if (meanFreePath_) fogLook_.meanFreePath = *meanFreePath_;
+    fogLook_.validate();
+    if (!fog_) {
+      if (meanFreePath_) throw Error(Errc::usage, "--mean-free-path is for --fog");
+      return;
+    }
+    if (input_.extension() != ".vdb")
+      throw Error(Errc::usage, "--fog draws grids: the input must end in .vdb");
+    if (!look_.texture.empty() || !isoLines_.empty())
+      throw Error(Errc::usage, "--fog has the colors of its grids; leave --texture and --iso-lines out");
+    if (explode_) throw Error(Errc::usage, "a fog cannot be exploded; use --cut");
+  }
+
   void prepareScene() {
+    // A solid shows its inside by default; a fog does so anyway.
+    if (cuts_.empty() && !fog_) cuts_ = {"x"};
     if (cuts_ != std::vector<std::string>{kNone}) {
       for (const std::string& cut : cuts_) options_.cuts.push_back(parseCut(cut));
     }
@@ -216,17 +265,15 @@ class RenderCommand final : public Command {
     for (std::size_t i = 0; i < jobs.size(); ++i) options_.turns.push_back(turnOf(i, jobs.size(), sequence));
     Totals totals;
     Json outputs = Json::array();
-    Subject subject;
-    std::unique_ptr<SolidRenderer> renderer;
+    Stage stage;
     for (std::size_t i = 0; i < jobs.size(); ++i) {
-      if (!renderer || sequence) {
-        renderer.reset();
-        subject = loadSubject(jobs[i].input, look_, session);
-        renderer = session.timed("scene", [&] {
-          return std::make_unique<SolidRenderer>(subject.surface, *subject.appearance, options_);
-        });
+      if (i == 0 || sequence) {
+        stage = Stage();
+        stage = fog_ ? fogStage(jobs[i].input, session) : solidStage(jobs[i].input, session);
       }
-      const Rendering rendering = renderer->render(options_.turns[i], session.context());
+      const FrameProgress progress(session.context(), i, jobs.size());
+      const Rendering rendering = stage.solid ? stage.solid->render(options_.turns[i], session.context())
+                                              : stage.fog->render(options_.turns[i], session.context());
       totals.add(rendering);
       session.noteSeconds("render", totals.seconds);
       write(jobs[i].output, rendering.picture, session);
@@ -234,7 +281,34 @@ class RenderCommand final : public Command {
       session.json()["outputs"] = outputs;
       session.text() += "wrote " + jobs[i].output.string() + "\n";
     }
-    report(subject, totals, session);
+    report(stage.look(), totals, session);
+  }
+
+  /// An input, ready to be drawn.
+  struct Stage {
+    Subject subject;
+    std::unique_ptr<SolidRenderer> solid;
+    std::unique_ptr<FogRenderer> fog;
+    std::string fogLook;
+    const std::string& look() const { return fog ? fogLook : subject.look; }
+  };
+
+  Stage solidStage(const fs::path& path, Session& session) const {
+    Stage stage;
+    stage.subject = loadSubject(path, look_, session);
+    stage.solid = session.timed("scene", [&] {
+      return std::make_unique<SolidRenderer>(stage.subject.surface, *stage.subject.appearance, options_);
+    });
+    return stage;
+  }
+
+  Stage fogStage(const fs::path& path, Session& session) const {
+    const FogVolume fog = session.timed("read", [&] { return FogVolume(path); });
+    Stage stage;
+    stage.fogLook = "fog of the grid " + fog.densityName() +
+                    (fog.colorName().empty() ? "" : " in the colors of " + fog.colorName());
+    stage.fog = std::make_unique<FogRenderer>(fog, fogLook_, options_);
+    return stage;
   }
 
   /// Of all inputs' active voxels, so that the camera stands still.
@@ -263,8 +337,8 @@ class RenderCommand final : public Command {
     });
   }
 
-  void report(const Subject& subject, const Totals& totals, Session& session) const {
-    session.json()["look"] = subject.look;
+  void report(const std::string& look, const Totals& totals, Session& session) const {
+    session.json()["look"] = look;
     session.json()["view_transform"] =
         exr(session) ? Json() : Json(display_ ? display_->name() : std::string("polestar"));
     session.json()["samples"] = {
@@ -273,8 +347,8 @@ class RenderCommand final : public Command {
                               {"light", totals.light},
                               {"seconds", totals.seconds},
                               {"per_second", totals.raysPerSecond()}};
-    session.text() += subject.look + "; " + grouped(totals.primary) + " camera rays and " +
-                      grouped(totals.light) + " light rays in " + duration(totals.seconds) + ", " +
+    session.text() += look + "; " + grouped(totals.primary) + " camera rays and " + grouped(totals.light) +
+                      " light rays in " + duration(totals.seconds) + ", " +
                       shortNumber(1e-6 * totals.raysPerSecond()) + " million a second\n";
     if (totals.unmapped == 0) return;
     session.context().log(LogLevel::warning, grouped(totals.unmapped) + " of " + grouped(totals.solid) +
@@ -284,12 +358,13 @@ class RenderCommand final : public Command {
   fs::path input_;
   LookChoices look_;
   std::vector<std::string> settings_, isoLines_;
-  std::optional<double> linePixels_, explode_, fieldOfView_, turntable_;
-  std::vector<std::string> cuts_{"x"};
+  std::optional<double> linePixels_, explode_, meanFreePath_, fieldOfView_, turntable_;
+  std::vector<std::string> cuts_;
   std::string cutMode_, size_, crop_, background_, ocioDisplay_, ocioView_;
   std::optional<std::string> frames_;
   std::optional<Vec3> view_, up_;
-  bool noFloor_ = false, flat_ = false, noAovs_ = false, noOcio_ = false;
+  bool noFloor_ = false, flat_ = false, noAovs_ = false, noOcio_ = false, fog_ = false;
+  FogOptions fogLook_;
   std::optional<DisplayView> display_;
   RenderOptions options_;
 };

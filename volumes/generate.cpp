@@ -1,4 +1,4 @@
-// generate_volumes FOLDER: writes the shapes of this folder.
+// generate_volumes FOLDER: writes the shapes of this folder and its texture.
 
 #include <cstdio>
 #include <exception>
@@ -20,6 +20,9 @@ int main(int argc, char** argv) {
       std::printf("%s: %zu vertices, %zu triangles\n", path.c_str(), mesh.vertices.size(),
                   mesh.triangles.size());
     }
+    const std::filesystem::path sample = std::filesystem::path(argv[1]) / polestar::kSampleTexture;
+    polestar::sampleTexture().write(sample);
+    std::printf("%s\n", sample.c_str());
   } catch (const std::exception& error) {
     std::fprintf(stderr, "generate_volumes: %s\n", error.what());
     return 3;

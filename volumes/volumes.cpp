@@ -4,6 +4,9 @@
 
 #include "polestar/mesh/bodies.h"
 #include "polestar/mesh/shapes.h"
+#include "polestar/pipeline.h"
+#include "polestar/texture/procedural.h"
+#include "polestar/texture/transfer.h"
 
 namespace polestar {
 namespace {
@@ -17,7 +20,22 @@ TriMesh ballOffCenter() {
   return rounded(transformed(geodesicSphere(16), [](const Vec3& v) { return Vec3(v + Vec3(0.5, 0, 0)); }));
 }
 
+TriMesh fruit() {
+  return rounded(transformed(geodesicSphere(16),
+                             [](const Vec3& v) -> Vec3 { return v.cwiseProduct(Vec3(0.8, 0.8, 1)); }));
+}
+
 }  // namespace
+
+SolidGrids sampleTexture() {
+  constexpr int kDim = 48;
+  const BallMap map =
+      mapToBall(verifyStarShape(verifyClosedSurface(fruit())), {.boundary = SphereMapKind::balanced});
+  TransferOptions options;
+  options.grids.voxelSize = voxelSizeFor(fruit(), kDim);
+  options.halfColors = true;
+  return transferTexture(TextureRoute(map), *makeTexture("kiwi"), options).grids;
+}
 
 std::vector<Volume> shippedVolumes() {
   const Vec3 origin = Vec3::Zero();
@@ -26,6 +44,8 @@ std::vector<Volume> shippedVolumes() {
        [] { return asteroid(23); }},
       {"ball_offcenter.ply", "unit ball about (0.5, 0, 0)", origin, ballOffCenter},
       {"cube.obj", "cube [-1, 1]^3", origin, [] { return cube(16); }},
+      {"fruit.ply", "ellipsoid of half axes 0.8, 0.8 and 1, long along z: the body of the sample textures",
+       origin, fruit},
       {"half_ball.ply", "upper half of the unit ball", Vec3(0, 0, 0.4), [] { return rounded(halfBall(20)); }},
       {"head.ply", "stylized head: blended ellipsoids and cones; looks along -y, crown along +z", origin,
        [] { return stylizedHead(32); }},

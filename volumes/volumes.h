@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "polestar/mesh/tri_mesh.h"
+#include "polestar/vdb/solid_grids.h"
 
 namespace polestar {
 
@@ -18,5 +19,10 @@ struct Volume {
 };
 
 std::vector<Volume> shippedVolumes();
+
+/// What kSampleTexture holds: the texture kiwi in fruit.ply, 48 voxels high, colors and fibers as half
+/// floats. Takes seconds.
+inline constexpr const char* kSampleTexture = "kiwi.vdb";
+SolidGrids sampleTexture();
 
 }  // namespace polestar

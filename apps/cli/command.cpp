@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "cli/interrupt.h"
+#include "cli/text.h"
 #include "polestar/core/error.h"
 #include "polestar/core/threads.h"
 #include "polestar/core/version.h"
@@ -50,8 +51,13 @@ int runSession(Command& command, Session& session) {
     return session.finish();
   } catch (const std::exception& exception) {
     // An interrupted read or write may come up as another error.
-    if (session.context().cancelled())
-      return session.fail(failureFor(Errc::cancelled), "cancelled; nothing was written");
+    if (session.context().cancelled()) {
+      const std::size_t finished = session.json().contains("outputs") ? session.json()["outputs"].size() : 0;
+      return session.fail(
+          failureFor(Errc::cancelled),
+          finished == 0 ? "cancelled; nothing was written"
+                        : "cancelled; " + counted(finished, "finished file stays", "finished files stay"));
+    }
     if (const auto* error = dynamic_cast<const Error*>(&exception)) {
       return session.fail(failureFor(error->code()), error->what());
     }

@@ -64,6 +64,11 @@ Subject subjectOfColors(const fs::path& path, const SampledGrids& grids, const L
   subject.surface = std::move(*surface);
   GridLook look;
   applyIsoLines(choices, look.lines);
+  if (look.lines.any() && !grids.find("rest", true)) {
+    throw Error(Errc::usage, path.string() +
+                                 " has no grid rest, which --iso-lines are read from; make it with "
+                                 "transfer --rest, or leave the lines out");
+  }
   subject.look = "colors of the grid " + findColors(grids)->name();
   subject.appearance = makeGridAppearance(grids, look);
   return subject;
@@ -110,6 +115,8 @@ Box inputBox(const fs::path& path) {
   if (path.extension() != ".vdb")
     return boundingBox(readMapFile(path).map.chart().green().shape().surface().mesh());
   const SampledGrids grids(path);
+  // Fog ends where the solid does; other grids are padded.
+  if (const SampledGrid* density = grids.find("density", false)) return density->activeBox();
   Box box;
   for (const SampledGrid& grid : grids.grids()) {
     const Box active = grid.activeBox();

@@ -22,9 +22,8 @@ double bumpyRadius(const Vec3& w) {
 
 /// 20 * 158^2 = 499,280 triangles.
 const TriMesh& bumpyBody() {
-  static const TriMesh mesh = transformed(geodesicSphere(158), [](const Vec3& w) {
-    return Vec3(bumpyRadius(w) * w);
-  });
+  static const TriMesh mesh =
+      transformed(geodesicSphere(158), [](const Vec3& w) { return Vec3(bumpyRadius(w) * w); });
   return mesh;
 }
 
@@ -36,7 +35,7 @@ void primaryRays(benchmark::State& state) {
   for (int y = 0; y < 64; ++y) {
     for (int x = 0; x < 64; ++x) {
       float u[16], v[16];
-      detail::squarePoints(detail::pixelSeed(x, y), 0, 16, u, v);
+      detail::squarePoints(detail::pixelSamples(x, y, 16), 0, 16, u, v);
       for (int i = 0; i < 16; ++i) {
         const Vec3f target(0, 0.002f * (static_cast<float>(x - 32) + u[i]),
                            0.002f * (static_cast<float>(y - 32) + v[i]));

@@ -176,5 +176,55 @@ TEST(SolidScene, ShadingNormalsSmoothTheBallAndKeepTheCubesEdges) {
   }
 }
 
+TEST(SolidScene, RaysAlongTheSilhouetteMeetNoCutOutsideOfTheSolid) {
+  // The plane lies in front of the cube's edges, all over the picture; rays go at the edges themselves.
+  const Plane plane{Vec3::UnitX(), 0.2};
+  const SolidScene scene(cube(3), {notched({plane})}, kCrease);
+  Random random;
+  int met = 0;
+  for (int i = 0; i < 20000; ++i) {
+    Vec3 onEdge(random.uniform(-1, 1), i & 1 ? 1 : -1, i & 2 ? 1 : -1);
+    if (i & 4) std::swap(onEdge[0], onEdge[i & 8 ? 1 : 2]);
+    const Vec3 origin = 6 * Vec3(1, random.uniform(-1.5, 1.5), random.uniform(-1.5, 1.5)).normalized();
+    const Ray ray{origin, (onEdge - origin).normalized()};
+    const Hit hit = firstHit(scene, ray);
+    if (hit.scene.none() || hit.scene.skin()) continue;
+    ++met;
+    EXPECT_LT(hit.position.cwiseAbs().maxCoeff(), 1 + 2e-6) << i;
+  }
+  EXPECT_GT(met, 1000);
+}
+
+TEST(SolidScene, CutsHaveNoSpeckles) {
+  // Rays at the edges of a body with convex and concave ones, through a plane in front: what all rays around
+  // say, the one in the middle has to say too.
+  const TriMesh star = starPolyhedron(2);
+  const SolidScene scene(star, {notched({{Vec3(1, 0.2, 0.1).normalized(), 0.1}})}, kCrease);
+  Random random;
+  int cuts = 0, misses = 0;
+  for (int i = 0; i < 30000; ++i) {
+    const auto t = static_cast<std::size_t>(random.uniform(0, static_cast<double>(star.triangles.size())));
+    const double share = random.uniform(0, 1);
+    const Vec3 onEdge = share * star.corner(t, i % 3) + (1 - share) * star.corner(t, (i + 1) % 3);
+    const Vec3 origin = 6 * Vec3(1, random.uniform(-1, 1), random.uniform(-1, 1)).normalized();
+    const Vec3 direction = (onEdge - origin).normalized();
+    const Vec3 side = direction.cross(Vec3::UnitZ()).normalized(), up = direction.cross(side);
+    int around = 0, missed = 0;
+    for (const Vec3& d : {side, up, Vec3(-side), Vec3(-up)}) {
+      const Hit hit = firstHit(scene, {origin, (direction + 3e-5 * d).normalized()});
+      around += !hit.scene.none() && !hit.scene.skin();
+      missed += hit.scene.none();
+    }
+    const Hit hit = firstHit(scene, {origin, direction});
+    const bool cut = !hit.scene.none() && !hit.scene.skin();
+    EXPECT_TRUE(around < 4 || cut) << i;
+    EXPECT_TRUE(missed < 4 || !cut) << i;
+    cuts += around == 4;
+    misses += missed == 4;
+  }
+  EXPECT_GT(cuts, 1000);
+  EXPECT_GT(misses, 100);
+}
+
 }  // namespace
 }  // namespace polestar::detail

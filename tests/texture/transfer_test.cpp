@@ -133,9 +133,11 @@ TEST(TransferTexture, IsTheTextureOfTheMap) {
   const Errors errors = errorsAt(voxelCenters(starMap(), options.grids.voxelSize), *color,
                                  [](const Vec3& x) { return wavesThrough(starMap(), x); });
   ASSERT_GT(errors.points, 10000U);
-  // A voxel is 1/24 of the ball, the steepest slope 0.4 * 5.
-  EXPECT_LT(errors.mean, 5e-4);
-  EXPECT_LT(errors.worst, 0.1 * 2 * 2.5 / 24);
+  // In voxels, by the steepest slope of the color: a two-hundredth on average; between the places where
+  // interpolation is checked, a kink of the map may leave a quarter.
+  const double slope = 0.4 * std::sqrt(4 * 4 + 1 + 3 * 3 + 5 * 5 + 2 * 2), voxelOfBall = 1.0 / 24;
+  EXPECT_LT(errors.mean, slope * voxelOfBall / 200);
+  EXPECT_LT(errors.worst, slope * voxelOfBall / 4);
 }
 
 TEST(TransferTexture, WritesFibersAlongTheCarriedGrain) {

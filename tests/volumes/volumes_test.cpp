@@ -19,6 +19,7 @@
 #include "polestar/mesh/read_mesh.h"
 #include "polestar/mesh/shapes.h"
 #include "polestar/mesh/write_mesh.h"
+#include "polestar/vdb/sampled_grids.h"
 
 namespace polestar {
 namespace {
@@ -190,6 +191,30 @@ TEST(Bodies, HeadIsSymmetricAndLooksForward) {
   EXPECT_LT((*tip)[2], 0);
   EXPECT_GT((*tip)[2], -0.4);
   EXPECT_GT(box.extent()[2], 2);
+}
+
+// The sample is what the texture of that name is now.
+TEST(SampleTexture, IsWhatTheProgramMakes) {
+  const SampledGrids shipped(kFolder / kSampleTexture);
+  const SampledGrids made = sampleTexture().lookUp();
+  std::vector<Vec3> points;
+  for (int i = 0; i < 2000; ++i) {
+    const double a = 2.4 * i, z = 1 - (i + 0.5) / 1000, r = 0.75 * std::cbrt(((i * 37) % 2000 + 0.5) / 2000);
+    points.emplace_back(r * std::sqrt(1 - z * z) * Vec3(std::cos(a), std::sin(a), 0) + r * Vec3(0, 0, z));
+  }
+  for (const char* name : {"Cd", "fiber"}) {
+    std::vector<Vec3f> before(points.size()), now(points.size());
+    std::vector<float> weights(points.size());
+    ASSERT_NE(shipped.find(name, true), nullptr);
+    shipped.find(name, true)->sample(points, {}, before, weights);
+    made.find(name, true)->sample(points, {}, now, weights);
+    double mean = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      EXPECT_GT(weights[i], 0.99f);
+      mean += (before[i] - now[i]).norm() / static_cast<double>(points.size());
+    }
+    EXPECT_LT(mean, 2e-3) << name;
+  }
 }
 
 }  // namespace

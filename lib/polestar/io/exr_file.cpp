@@ -54,6 +54,8 @@ OIIO::ImageSpec exrSpec(const Picture& picture) {
                                                                    : OIIO::TypeDesc::UINT32);
   }
   spec.attribute("compression", "zip");
+  // The same bytes for the same picture: without a date the writer takes the clock's.
+  spec.attribute("DateTime", "1970:01:01 00:00:00");
   spec.attribute("oiio:ColorSpace", "Linear");
   const float rec709[] = {0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0.3290f};
   spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), rec709);

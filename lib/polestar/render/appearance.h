@@ -12,8 +12,8 @@ namespace polestar {
 
 /// What one pixel sees of one side of the solid: a flat piece of a pixel's size. Mesh units.
 struct SurfacePatch {
-  Vec3 point = Vec3::Zero();   ///< on the solid's skin or on a cut
-  Vec3 normal = Vec3::Zero();  ///< unit, outward
+  Vec3 point = Vec3::Zero();                         ///< on the solid's skin or on a cut
+  Vec3 normal = Vec3::Zero();                        ///< unit, outward
   Vec3 first = Vec3::Zero(), second = Vec3::Zero();  ///< unit tangents, perpendicular
   double pixelFirst = 0, pixelSecond = 0;            ///< the pixel's lengths along them
   bool skin = true;
@@ -26,10 +26,10 @@ struct SurfaceTap {
 };
 
 struct SurfaceLook {
-  Vec3f color = Vec3f::Zero();             ///< scene-linear, Rec. 709 primaries
-  float gloss = 0;                         ///< 0 matte, 1 a dielectric coat (4 % at normal incidence)
-  float slopeFirst = 0, slopeSecond = 0;   ///< of a relief: height over length along the patch's tangents
-  bool known = false;                      ///< is there a color at all? If not, the renderer has one for that
+  Vec3f color = Vec3f::Zero();            ///< scene-linear, Rec. 709 primaries
+  float gloss = 0;                        ///< 0 matte, 1 a dielectric coat (4 % at normal incidence)
+  float slopeFirst = 0, slopeSecond = 0;  ///< of a relief: height over length along the patch's tangents
+  bool known = false;                     ///< is there a color at all? If not, the renderer has one for that
 };
 
 /// Immutable; every function may be called from many threads. Output spans have the input's size.

@@ -12,6 +12,7 @@
 namespace polestar {
 namespace {
 
+constexpr float kPadded = 0.9f;  // share of a filter above the skin that has colors, if those are padded
 const double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 /// "[0.1, 0.2, 0.3]"; NaN for anything else.
@@ -48,27 +49,19 @@ class GridAppearance final : public Appearance {
 
   void look(std::span<const SurfacePatch> patches, std::span<const SurfaceTap> taps, double share,
             std::span<SurfaceLook> looks) const override {
-    std::vector<Vec3> points;
-    std::vector<Mat3> footprints;
-    for (const SurfaceTap& tap : taps) {
-      const SurfacePatch& patch = patches[tap.patch];
-      const double below = patch.skin ? 0.5 * patch.pixelFirst : 0;
-      points.emplace_back(patch.point + tap.first * patch.first + tap.second * patch.second -
-                          below * patch.normal);
-      Mat3& footprint = footprints.emplace_back(Mat3::Zero());
-      footprint.col(0) = share * patch.pixelFirst * patch.first;
-      footprint.col(1) = share * patch.pixelSecond * patch.second;
-    }
-    std::vector<Vec3f> colors(taps.size());
-    std::vector<float> weights(taps.size());
-    colors_.sample(points, footprints, colors, weights);
+    // A skin is often thinner than a voxel: there, what is averaged with the flesh below would show the
+    // voxels as stripes. Colors are padded, so the voxels outside have the skin alone.
+    readColors(patches, taps, share, colors_.voxelSize(), looks);
+    std::vector<SurfaceTap> bare;
+    std::vector<std::size_t> tapOf;
     for (std::size_t i = 0; i < taps.size(); ++i) {
-      looks[i] = {};
-      looks[i].known = weights[i] > 0 && colors[i].allFinite();
-      if (!looks[i].known) continue;
-      looks[i].color = colors[i].cwiseMax(0.0f);
-      looks[i].gloss = patches[taps[i].patch].skin ? look_.skinGloss : look_.cutGloss;
+      if (looks[i].known || !patches[taps[i].patch].skin) continue;
+      bare.push_back(taps[i]);
+      tapOf.push_back(i);
     }
+    std::vector<SurfaceLook> again(bare.size());
+    readColors(patches, bare, share, 0, again);
+    for (std::size_t i = 0; i < bare.size(); ++i) looks[tapOf[i]] = again[i];
     if (!rest_ || !look_.lines.any()) return;
     const auto balls = detail::linearBalls(patches, center_, lookup());
     detail::drawIsoLines(look_.lines, patches, taps, balls, share, looks);
@@ -94,6 +87,33 @@ class GridAppearance final : public Appearance {
   Vec3 center() const override { return center_; }
 
  private:
+  /// `outside`: how far above the skin that is read, mesh units; 0: half a pixel below.
+  void readColors(std::span<const SurfacePatch> patches, std::span<const SurfaceTap> taps, double share,
+                  double outside, std::span<SurfaceLook> looks) const {
+    std::vector<Vec3> points;
+    std::vector<Mat3> footprints;
+    for (const SurfaceTap& tap : taps) {
+      const SurfacePatch& patch = patches[tap.patch];
+      const double above = !patch.skin ? 0 : outside > 0 ? outside : -0.5 * patch.pixelFirst;
+      points.emplace_back(patch.point + tap.first * patch.first + tap.second * patch.second +
+                          above * patch.normal);
+      Mat3& footprint = footprints.emplace_back(Mat3::Zero());
+      footprint.col(0) = share * patch.pixelFirst * patch.first;
+      footprint.col(1) = share * patch.pixelSecond * patch.second;
+    }
+    std::vector<Vec3f> colors(taps.size());
+    std::vector<float> weights(taps.size());
+    colors_.sample(points, footprints, colors, weights);
+    for (std::size_t i = 0; i < taps.size(); ++i) {
+      const bool skin = patches[taps[i].patch].skin;
+      looks[i] = {};
+      looks[i].known = weights[i] > (skin && outside > 0 ? kPadded : 0) && colors[i].allFinite();
+      if (!looks[i].known) continue;
+      looks[i].color = colors[i].cwiseMax(0.0f);
+      looks[i].gloss = skin ? look_.skinGloss : look_.cutGloss;
+    }
+  }
+
   detail::BallLookup lookup() const {
     return [this](std::span<const Vec3> points, std::span<Vec3> ball) {
       std::vector<Vec3f> values(points.size());

@@ -44,11 +44,13 @@ struct Lines {
       const long nearest = std::lround(radius / step);
       // R = 1 is the solid's edge, which is seen anyway; where R stays close to 1 over a whole region, as in
       // narrow corners, its last digits would draw.
-      if (nearest == 0 || (level == 0 && nearest == kBands) || (level > 0 && (nearest % 2 == 0 || radius < 1.0 / kBands))) continue;
+      if (nearest == 0 || (level == 0 && nearest == kBands) ||
+          (level > 0 && (nearest % 2 == 0 || radius < 1.0 / kBands)))
+        continue;
       const double distance = std::abs(radius - static_cast<double>(nearest) * step) / change;
       const double width = std::min((level == 0 ? 1.0 : 0.5) * options.pixels, 0.15 * spacing);
-      const double shown = level == 0 ? smoothStep(1.5, 4, spacing)
-                                      : 0.8 * smoothStep(11, 18, spacing / options.pixels);
+      const double shown =
+          level == 0 ? smoothStep(1.5, 4, spacing) : 0.8 * smoothStep(11, 18, spacing / options.pixels);
       covered = std::max(covered, shown * lineCoverage(distance, width, share));
     }
     return covered;
@@ -67,19 +69,18 @@ struct Lines {
       return smoothStep(1.5, 6, spacing) * lineCoverage(distance, width, share);
     };
     const double changeNorth = spread(north) / radius, changeEast = spread(east) / radius;
-    const double parallels = std::abs(latitude) > std::numbers::pi / 2 - 0.5 * kGraticule
-                                 ? 0
-                                 : one(latitude, 1, changeNorth);
+    const double parallels =
+        std::abs(latitude) > std::numbers::pi / 2 - 0.5 * kGraticule ? 0 : one(latitude, 1, changeNorth);
     return std::max(parallels, one(std::atan2(direction[1], direction[0]), ring, changeEast));
   }
 
   double seams() const {
     const SoccerPanel panel = soccerPanel(direction);
     const Vec3 gradient = panel.seamNormal - panel.seamNormal.dot(direction) * direction;
-    const double steepest = std::sqrt(std::max(
-        {(at.overFirst - direction.dot(at.overFirst) * direction).squaredNorm() +
-             (at.overSecond - direction.dot(at.overSecond) * direction).squaredNorm(),
-         1e-24}));
+    const double steepest =
+        std::sqrt(std::max({(at.overFirst - direction.dot(at.overFirst) * direction).squaredNorm() +
+                                (at.overSecond - direction.dot(at.overSecond) * direction).squaredNorm(),
+                            1e-24}));
     const double change = spread(gradient);
     // A seam that runs within the surface that is seen would cover all of it.
     const double shown = smoothStep(0.12, 0.35, change / steepest);

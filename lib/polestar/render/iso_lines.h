@@ -9,9 +9,9 @@ namespace polestar {
 struct IsoLines {
   bool radius = false;     ///< on cuts: R = k/10, and finer ones where those lie far apart
   bool graticule = false;  ///< on the skin: longitudes and latitudes of the ball, every 15 degrees
-  bool skinSeams = false, cutSeams = false;  ///< of the soccer ball's panels
+  bool skinSeams = false, cutSeams = false;        ///< of the soccer ball's panels
   Vec3f color = Vec3f(0.0110f, 0.0144f, 0.0331f);  ///< scene-linear
-  double pixels = 2;       ///< their width on the screen, > 0
+  double pixels = 2;                               ///< their width on the screen, > 0
 
   bool any() const { return radius || graticule || skinSeams || cutSeams; }
 };

@@ -95,7 +95,7 @@ MappedLook coordinateLook(double linePixels) {
   MappedLook look;
   // Lines of the texture would be as wide as the map makes them; iso-lines are of one width. Cuts are to show
   // the bands, not the skin.
-  look.texture = makeTexture("soccer", {{"line", 0}, {"skin", 0.002}});
+  look.texture = makeTexture("soccer", {{"line", 0}, {"skin", 0.0002}});
   look.lines.radius = look.lines.cutSeams = true;
   look.lines.pixels = linePixels;
   return look;

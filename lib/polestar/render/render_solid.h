@@ -81,9 +81,9 @@ struct Rendering {
 /// crop of the full one, to the last bit.
 ///
 /// AOVs are those of a ray through the pixel's middle, not filtered: `Z` (depth along the view direction,
-/// mesh units, 1e30 where nothing is), `N.x` ... (shading normal, mesh frame), `ball.x` ... and `G` (1 / mesh
-/// units; NaN where not known) and `id` (0: no solid, 100 p + 1: skin of piece p, 100 p + 2 + k: its cut by
-/// plane k).
+/// mesh units, 1e30 where nothing is), `N.x` ... (shading normal, mesh frame), `ball.x` ... and `green` (G, 1
+/// / mesh units; NaN where not known) and `id` (0: no solid, 100 p + 1: skin of piece p, 100 p + 2 + k: its
+/// cut by plane k).
 class SolidRenderer {
  public:
   /// The solid inside the closed, outward-oriented `surface`; the appearance outlives the renderer.

@@ -11,6 +11,9 @@
 namespace polestar::detail {
 namespace {
 
+/// Places for small flakes along a grain, and how many hold one, over the share of mica.
+constexpr double kFlakes = 2.6, kFlakesShare = 0.55;
+
 class Granite final : public PointTexture {
  public:
   explicit Granite(const Parameters& p)
@@ -23,28 +26,62 @@ class Granite final : public PointTexture {
         feldspar_({{0, 0xb9b1a6}, {0.5, 0xd6cfc5}, {1, 0xefe9e0}}),
         pinkFeldspar_({{0, 0xb08470}, {0.5, 0xcda08b}, {1, 0xe3bfac}}),
         quartz_({{0, 0x77767a}, {0.5, 0x9c9a98}, {1, 0xc4c0ba}}),
-        mica_({{0, 0x1a1a1c}, {0.7, 0x303032}, {1, 0x65625d}}) {}
+        mica_({{0, 0x1a1a1c}, {0.7, 0x303032}, {1, 0x65625d}}),
+        mean_(measuredMean()) {}
 
  private:
   TextureSample at(const Place& place) const override {
-    const Footprint& footprint = place.footprint;
+    // Grains of about the footprint's size: one sample cannot tell which of them are in it.
+    const double grains = place.footprint.size() / grain_;
+    const double split = smoothStep(0.35, 0.45, grains) * (1 - smoothStep(5, 8, grains));
+    TextureSample sample;
+    sample.gloss = static_cast<float>(polish_);
+    if (split < 1) sample.color = color(place);
+    if (split > 0) {
+      Vec3f sum = Vec3f::Zero();
+      for (const TexturePoint& part : octants(place.point)) sum += color(Place(part)) / 8;
+      sample.color = mix(sample.color, sum, split);
+    }
+    return sample;
+  }
+
+  Vec3f color(const Place& place) const {
+    const Footprint inGrains = place.footprint.scaled(1 / grain_);
+    const double kept = inGrains.kept(kCellSpread);
+    if (kept < 0.01) return mean_;
+    return mix(mean_, grains(place, inGrains), kept);
+  }
+
+  Vec3f grains(const Place& place, const Footprint& inGrains) const {
     const VaryingPoint p = (1 / grain_) * place.ball;
-    const Footprint inGrains = footprint.in(p);
-    // Grains are not convex: their walls are bent by noise.
+    // Their walls are bent by noise.
     const Varying bendX = noise(p, inGrains, seed_, 1.4), bendY = noise(p, inGrains, seed_ + 1, 1.4);
     const VaryingPoint bent(p.x + 0.09 * bendX, p.y + 0.09 * bendY, p.z - 0.06 * (bendX + bendY));
     const Cell cell = cellAt(bent, 1, seed_ + 2);
-    const double own = shareAbove(cell.wall, 0.05, footprint);
     // Cleavage and clouds within a grain.
     const Varying cloud = fractalNoise(p, inGrains, {2.5, 3, 0.6}, seed_ + 3);
-    TextureSample sample;
-    sample.color = mix(mineral(cell.neighbour, cloud.value), mineral(cell.hash, cloud.value), own);
-    addFlakes(place, p, inGrains, sample);
+    const auto shares = cell.shares(0.05, place.footprint);
+    Vec3f color = Vec3f::Zero();
+    for (int i = 0; i < 3; ++i) {
+      if (shares[i] > 0) color += static_cast<float>(shares[i]) * mineral(cell.hash[i], cloud.value);
+    }
 
-    const double kept = inGrains.kept(kCellSpread);
-    sample.color = mix(meanColor(), sample.color, kept);
-    sample.gloss = static_cast<float>(polish_);
-    return sample;
+    return withFlakes(place, p, inGrains, color);
+  }
+
+  /// Small flakes of mica lie in between, too.
+  Vec3f withFlakes(const Place& place, const VaryingPoint& p, const Footprint& inGrains,
+                   const Vec3f& grains) const {
+    const double frequency = kFlakesShare * micaShare_;
+    const double kept = inGrains.kept(kFlakes * kCellSpread);
+    Vec3f color = mix(grains, mica_.mean(0.5, 1), (1 - kept) * frequency);
+    const Cell flake = cellAt(kFlakes * p, 1, seed_ + 4);
+    const auto shares = flake.shares(0.04, place.footprint);
+    for (int i = 0; i < 3; ++i) {
+      if (shares[i] == 0 || uniform(flake.hash[i], 1) > frequency) continue;
+      color += static_cast<float>(kept * shares[i]) * (mica_.mean(uniform(flake.hash[i], 2), 0) - grains);
+    }
+    return color.cwiseMax(0.0f);
   }
 
   Vec3f mineral(std::uint32_t hash, double cloud) const {
@@ -55,28 +92,22 @@ class Granite final : public PointTexture {
     return (uniform(hash, 3) < pink_ ? pinkFeldspar_ : feldspar_).mean(tone, 0);
   }
 
-  /// Small flakes of mica lie in between, too.
-  void addFlakes(const Place& place, const VaryingPoint& p, const Footprint& inGrains,
-                 TextureSample& sample) const {
-    const VaryingPoint fine = 2.6 * p;
-    const Cell flake = cellAt(fine, 1, seed_ + 4);
-    if (uniform(flake.hash, 1) > 0.7 * micaShare_) return;
-    const double kept = inGrains.scaled(2.6).kept(kCellSpread);
-    const double inside = shareAbove(flake.wall - 0.05, 0.04, place.footprint);
-    sample.color = mix(sample.color, mica_.mean(uniform(flake.hash, 2), 0), kept * inside);
-  }
-
-  Vec3f meanColor() const {
-    const double quartz = (1 - micaShare_) * quartzShare_, feldspar = 1 - micaShare_ - quartz;
-    return static_cast<float>(micaShare_) * mica_.mean(0.5, 0.6) +
-           static_cast<float>(quartz) * quartz_.mean(0.5, 0.6) +
-           static_cast<float>(feldspar * pink_) * pinkFeldspar_.mean(0.5, 0.6) +
-           static_cast<float>(feldspar * (1 - pink_)) * feldspar_.mean(0.5, 0.6);
+  /// Measured: whatever the parameters, the mean of what is drawn.
+  Vec3f measuredMean() const {
+    constexpr int kCount = 4096;
+    const Footprint point(Mat3::Zero());
+    Vec3 sum = Vec3::Zero();
+    for (std::uint32_t i = 0; i < kCount; ++i) {
+      const Vec3 p = 40 * grain_ * Vec3(uniform(i, 1), uniform(i, 2), uniform(i, 3));
+      sum += grains(Place({p, Mat3::Zero()}), point).cast<double>();
+    }
+    return (sum / kCount).cast<float>();
   }
 
   double grain_, quartzShare_, micaShare_, pink_, polish_;
   std::uint32_t seed_;
   Ramp feldspar_, pinkFeldspar_, quartz_, mica_;
+  Vec3f mean_;
 };
 
 }  // namespace

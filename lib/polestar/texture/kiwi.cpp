@@ -12,6 +12,7 @@
 namespace polestar::detail {
 namespace {
 
+const Vec3f kSeedShell = linearFromSrgb(0x17100b), kSeedShine = linearFromSrgb(0x4b3320);
 /// Of the line that the flesh fans out from.
 constexpr double kAxisHalfLength = 0.5;
 constexpr double kCoreHalfLength = 0.66;
@@ -22,11 +23,11 @@ SeedLayout seedLayout(const Parameters& p, double fromCore, std::uint32_t salt) 
   layout.equator = p["core"] + fromCore;
   layout.pole = kCoreHalfLength + 0.5 * fromCore - 0.08;
   layout.around = p.count("locules");
-  layout.rows = 34;
+  layout.rows = 27;
   layout.length = 0.115 * p["seed-size"];
   layout.width = 0.056 * p["seed-size"];
   layout.thickness = 0.05 * p["seed-size"];
-  layout.scatter = 0.03;
+  layout.scatter = 0.022;
   layout.presence = p["seeds"];
   layout.seed = p.seed() + salt;
   return layout;
@@ -42,7 +43,7 @@ class Kiwi final : public FiberTexture {
         fuzz_(p["fuzz"]),
         seed_(p.seed()),
         inner_(seedLayout(p, 0.13, 10)),
-        outer_(seedLayout(p, 0.245, 20)),
+        outer_(seedLayout(p, 0.262, 20)),
         locule_({{0, 0xa9ba52},
                  {0.07, 0x6b951d},
                  {0.2, 0x578414},
@@ -112,12 +113,11 @@ class Kiwi final : public FiberTexture {
   /// Near-black, a brown shine on the side; around it the locule's clear, dark jelly.
   void addSeed(const Place& place, const SeedLayout& layout, TextureSample& sample, Vec3f& color) const {
     const Seed seed = seedNear(place.ball, place.footprint, layout);
-    if (!seed.present) return;
-    const double jelly = shareAbove(2.4 - seed.form, 2.2, place.footprint);
+    const double jelly = seed.share(1.55, 2.2, place.footprint);
     color = mix(color, color.cwiseProduct(Vec3f(0.55f, 0.66f, 0.4f)), 0.8 * jelly);
-    const double inside = shareAbove(1.0 - seed.form, 0.25, place.footprint);
+    const double inside = seed.share(1, 0.25, place.footprint);
     const double shine = std::exp(-6 * std::pow(seed.across + 0.35, 2)) * (0.3 + 0.7 * uniform(seed.hash, 7));
-    const Vec3f shell = mix(linearFromSrgb(0x17100b), linearFromSrgb(0x4b3320), 0.7 * shine);
+    const Vec3f shell = mix(kSeedShell, kSeedShine, 0.7 * shine);
     color = mix(color, shell, inside);
     sample.gloss = static_cast<float>(mix(sample.gloss, 0.8, inside));
   }
@@ -150,7 +150,7 @@ ProceduralTexture kiwi() {
   return {{"kiwi",
            "kiwi fruit: pale core, seeds in locules, green flesh, brown fuzzy skin",
            {{"locules", 30, 8, 80, "chambers around the core, a row of seeds in each"},
-            {"seeds", 0.85, 0, 1, "share of the places for seeds that hold one"},
+            {"seeds", 0.72, 0, 1, "share of the places for seeds that hold one"},
             {"seed-size", 1, 0.3, 1.5, "of a seed, over that of the real fruit"},
             {"core", 0.17, 0.05, 0.4, "radius of the pale core at the equator"},
             {"rays", 0.8, 0, 1, "contrast of the pale rays between the locules"},

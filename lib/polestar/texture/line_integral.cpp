@@ -18,10 +18,11 @@ constexpr double kStepsPerThickness = 2;
 /// Noise at places that are more steps apart has nothing in common.
 constexpr std::size_t kCorrelatedSteps = 8;
 
-/// Correlation of simplexNoise with itself at this distance, measured: the band that Footprint::kept is
-/// about, as a function of place.
+/// Correlation of simplexNoise with itself at this distance: that of wave vectors with the density
+/// |k|^2 exp(-|k|^2 / 2 spread^2), the spread fitted to measurements.
 double noiseCorrelation(double distance) {
-  const double t = std::pow(distance * detail::kNoiseSpread, 2);
+  constexpr double kSpread = 3.1;
+  const double t = distance * distance * kSpread * kSpread;
   return (1 - t / 3) * std::exp(-t / 2);
 }
 

@@ -28,7 +28,8 @@ struct LineIntegralOptions {
 
 /// A value in [-1, 1] for every point, mean 0: the same for the same field and options, whatever else is in
 /// the batch. A line ends where the field does; with no direction at the point itself, the value is plain
-/// noise. Cost: 4 length / thickness steps of the second order a point, in parallel.
+/// noise. Cost a point: 2 length / thickness steps, each one value of noise and two of the
+/// field; in parallel.
 void lineIntegral(std::span<const Vec3> points, const FiberField& field, const LineIntegralOptions& options,
                   std::span<float> values, Context& context = Context::quiet());
 

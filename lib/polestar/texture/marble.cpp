@@ -9,6 +9,9 @@
 namespace polestar::detail {
 namespace {
 
+const Vec3f kGrayVein = linearFromSrgb(0x4c5057), kBrownVein = linearFromSrgb(0x9a7b4f),
+            kVeinHalo = linearFromSrgb(0x9da0a4);
+
 class Marble final : public PointTexture {
  public:
   explicit Marble(const Parameters& p)
@@ -26,7 +29,7 @@ class Marble final : public PointTexture {
     const Footprint& footprint = place.footprint;
     const VaryingPoint p = (1 / scale_) * place.ball;
     const Footprint inFolds = footprint.scaled(1 / scale_);
-    const Octaves octaves{0.7, 3, 0.45};
+    const Octaves octaves{0.7, 2, 0.45};
     const Varying bendX = fractalNoise(p, inFolds, octaves, seed_),
                   bendY = fractalNoise(p, inFolds, octaves, seed_ + 1);
     const VaryingPoint bent(p.x + 0.16 * warp_ * bendX, p.y + 0.16 * warp_ * bendY,
@@ -34,9 +37,9 @@ class Marble final : public PointTexture {
 
     // Veins run along sheets: the noise is drawn out across one direction, and across another.
     const VaryingPoint wide = sheets(bent, Vec3(0.75, 0.45, -0.48).normalized(), 0.62, 0.15);
-    const Varying folds = fractalNoise(wide, footprint.in(wide), {1, 5, 0.45}, seed_ + 2);
+    const Varying folds = fractalNoise(wide, footprint.in(wide), {1, 5, 0.54}, seed_ + 2);
     const VaryingPoint narrow = sheets(bent, Vec3(-0.35, 0.8, 0.5).normalized(), 1.3, 0.5);
-    const Varying cracks = fractalNoise(narrow, footprint.in(narrow), {1, 4, 0.5}, seed_ + 3);
+    const Varying cracks = fractalNoise(narrow, footprint.in(narrow), {1, 4, 0.55}, seed_ + 3);
     TextureSample sample;
     const Varying cloud = 0.7 * bendX + 0.5 * folds + 0.3 * cracks;
     sample.color = ground_.mean(cloud, footprint);
@@ -46,10 +49,9 @@ class Marble final : public PointTexture {
     const double halo = shareWithin(folds, 0.2 * thickness_, 0.6 * thickness_, footprint);
     const double core = shareWithin(folds, 0.05 * thickness_, 0.1 * thickness_, footprint);
     const double fine = shareWithin(cracks, 0.045 * thickness_, 0.12 * thickness_, footprint);
-    const Vec3f gray = linearFromSrgb(0x5a5d63), brown = linearFromSrgb(0x9a7b4f);
-    const Vec3f veinColor = mix(gray, brown, gold_ * smoothStep(-0.5, 1.5, bendX.value));
-    sample.color = mix(sample.color, linearFromSrgb(0x9da0a4), 0.6 * veins_ * strength * halo);
-    sample.color = mix(sample.color, veinColor, std::min(1.0, veins_ * strength) * 0.85 * core);
+    const Vec3f veinColor = mix(kGrayVein, kBrownVein, gold_ * smoothStep(-0.5, 1.5, bendX.value));
+    sample.color = mix(sample.color, kVeinHalo, 0.6 * veins_ * strength * halo);
+    sample.color = mix(sample.color, veinColor, std::min(1.0, veins_ * strength) * 0.95 * core);
     const double sparse = smoothStep(0.0, 1.4, bendX.value - 0.3 * bendY.value);
     sample.color = mix(sample.color, veinColor, std::min(1.0, veins_) * 0.5 * sparse * fine);
     sample.gloss = static_cast<float>(polish_);

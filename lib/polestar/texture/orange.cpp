@@ -15,7 +15,12 @@
 namespace polestar::detail {
 namespace {
 
+const Vec3f kThinMembrane = linearFromSrgb(0xf6d08c), kGland = linearFromSrgb(0xd9820f),
+            kVesicleWall = linearFromSrgb(0xffd488), kSegmentSkin = linearFromSrgb(0xfbd594),
+            kStem = linearFromSrgb(0x7d8a3f);
 constexpr double kAxisHalfLength = 0.4;
+/// Oil glands per ball radius.
+constexpr double kGlands = 26;
 
 /// The smaller of two distances, their corner rounded over `radius`.
 Varying roundedMin(const Varying& a, const Varying& b, double radius) {
@@ -91,7 +96,7 @@ class Orange final : public FiberTexture {
       sample.color = white_.mean(fibers, footprint);
       // Towards the center the walls are thin enough to shine through.
       const double thin = smoothStep(0.9 - zest_ - pith_, 0.5, place.radius.value);
-      sample.color = mix(sample.color, linearFromSrgb(0xf6d08c), 0.5 * thin);
+      sample.color = mix(sample.color, kThinMembrane, 0.5 * thin);
       const Varying peel = (place.radius - (1 - zest_)) / zest_ + 0.12 * fibers;
       sample.color = mix(sample.color, peelColor(place, peel), shareAbove(peel, 0.15, footprint));
     }
@@ -104,12 +109,10 @@ class Orange final : public FiberTexture {
 
   Vec3f peelColor(const Place& place, const Varying& peel) const {
     // Oil glands: clear drops in the zest.
-    const VaryingPoint domain = 26.0 * place.ball;
-    const Footprint footprint = place.footprint.in(domain);
-    const Cell gland = cellAt(domain, 0.8, seed_ + 3);
-    const double kept = footprint.kept(2 * kCellSpread);
+    const Cell gland = cellAt(kGlands * place.ball, 0.8, seed_ + 3);
+    const double kept = place.footprint.scaled(kGlands).kept(2 * kCellSpread);
     const double drop = mix(0.15, shareAbove(0.3 - gland.center, 0.12, place.footprint), kept);
-    return mix(peel_.mean(peel, place.footprint), linearFromSrgb(0xd9820f), 0.6 * drop);
+    return mix(peel_.mean(peel, place.footprint), kGland, 0.6 * drop);
   }
 
   /// Spindles that point from the rind to the axis and narrow as they go.
@@ -117,9 +120,9 @@ class Orange final : public FiberTexture {
     const Footprint& footprint = place.footprint;
     const Fan fan(place.ball, kAxisHalfLength);
     // On a sphere of this radius cells have the size of a vesicle at 0.7 of the ball; a slow growth along the
-    // fan makes them as long as six of those.
+    // fan makes them as long as eight of those.
     const double radius = 0.7 / vesicle_;
-    const Varying along = 0.15 * fan.distance / vesicle_;
+    const Varying along = 0.12 * fan.distance / vesicle_;
     VaryingPoint domain = (radius + along + 0.5 * wobble) * fan.direction;
     domain.z = domain.z + fan.foot / vesicle_;
     const Footprint inDomain = footprint.in(domain);
@@ -127,33 +130,38 @@ class Orange final : public FiberTexture {
     const double kept = inDomain.kept(kCellSpread);
     const Varying streaks = fanStreaks(fan, footprint, {0.01, 10}, seed_ + 4);
 
-    const double own = shareAbove(cell.wall, 0.1, footprint);
-    const double tone = mix(uniform(cell.neighbour, 1), uniform(cell.hash, 1), own);
+    const auto shares = cell.shares(0.1, footprint);
+    double tone = 0;
+    for (int i = 0; i < 3; ++i) tone += shares[i] * uniform(cell.hash[i], 1);
     // A drop of juice is bright in its middle and deep at its side.
     const double round = 0.35 * (1 - std::min(1.0, 1.6 * cell.center.value));
     const double light = mix(0.5, 0.12 + 0.55 * tone + round, kept) + 0.05 * streaks.value;
     Vec3f color = juice_.mean(light, 0.1);
-    const double wall = shareWithin(cell.wall, 0.03, 0.07, footprint);
-    color = mix(color, linearFromSrgb(0xffd994), mix(0.1, 0.55 * wall, kept));
+    const double wall = shareWithin(cell.walls[0], 0.03, 0.07, footprint);
+    color = mix(color, kVesicleWall, mix(0.09, 0.45 * wall, kept));
     // The segment's own skin.
     const double skin = shareAbove(0.012 - segment.depth, 0.016, footprint);
-    return mix(color, linearFromSrgb(0xfbd594), 0.75 * skin);
+    return mix(color, kSegmentSkin, 0.75 * skin);
   }
 
   /// Pores over oil glands: small pits, a shade deeper.
   TextureSample skin(const Place& place) const {
     const VaryingPoint& p = place.ball;
-    const VaryingPoint domain = 26.0 * p;
-    const Footprint inDomain = place.footprint.in(domain);
+    const VaryingPoint domain = kGlands * p;
     const Cell pore = cellAt(domain, 0.8, seed_ + 3);
-    const double kept = inDomain.kept(kCellSpread);
+    const double kept = place.footprint.scaled(kGlands).kept(kCellSpread);
+    // Across the skin alone: every gland has its pore, however deep it lies. In units of the lattice.
+    const Vec3 normal = p.value() / std::max(p.value().norm(), kTiny);
+    const Vec3 fromGland = pore.center.value / kGlands * pore.center.gradient;
+    const Vec3 fromPore = fromGland - fromGland.dot(normal) * normal;
+    const double pit = std::exp(-9 * fromPore.squaredNorm());
+
     const Varying tone = fractalNoise(p, place.footprint, {2.0, 3, 0.5}, seed_ + 5);
-    const double pit = std::exp(-6 * pore.center.value * pore.center.value);
     TextureSample sample;
-    sample.color = skinColor_.mean(tone - 0.7 * mix(0.3, pit, kept), place.footprint);
+    sample.color = skinColor_.mean(tone - 0.7 * mix(0.25, pit, kept), place.footprint);
     sample.gloss = 0.6f;
-    // Of -depth * pit, in ball radii.
-    sample.heightGradient = kept * dimples_ * 0.0045 * 12 * pore.center.value * pit * pore.center.gradient;
+    // Of -depth * pit.
+    sample.heightGradient = kept * dimples_ * 0.004 * 18 * pit * kGlands * fromPore;
     addStar(place, sample);
     return sample;
   }
@@ -163,7 +171,7 @@ class Orange final : public FiberTexture {
     if (place.ball.z.value < 0) return;
     const Varying across = hypot(place.ball.x, place.ball.y);
     const double star = shareAbove(0.045 - across, 0.02, place.footprint);
-    sample.color = mix(sample.color, linearFromSrgb(0x7d8a3f), star);
+    sample.color = mix(sample.color, kStem, star);
     sample.gloss *= static_cast<float>(1 - star);
     sample.heightGradient += 0.5 * std::exp(-std::pow(across.value / 0.09, 2)) * across.gradient;
   }
@@ -181,7 +189,7 @@ ProceduralTexture orange() {
            "orange: segments of juice vesicles, white membranes and pith, dimpled zest",
            {{"segments", 10, 5, 16, "segments around the axis"},
             {"membrane", 0.016, 0, 0.1, "thickness of the walls between segments"},
-            {"core", 0.055, 0.01, 0.3, "radius of the pale core"},
+            {"core", 0.045, 0.01, 0.3, "radius of the pale core"},
             {"pith", 0.055, 0.01, 0.3, "thickness of the white pith"},
             {"zest", 0.045, 0.01, 0.2, "thickness of the colored peel"},
             {"vesicle", 0.06, 0.02, 0.3, "width of a juice vesicle"},

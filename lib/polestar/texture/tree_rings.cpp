@@ -13,6 +13,8 @@
 namespace polestar::detail {
 namespace {
 
+const Vec3f kPore = linearFromSrgb(0x5d3a1f), kPith = linearFromSrgb(0x5a3719),
+            kRay = linearFromSrgb(0xe9cfa2);
 /// Where the pith crosses the equator.
 constexpr double kPithX = 0.09, kPithY = -0.06;
 /// A trunk's layers are cones: what lies higher is younger.
@@ -28,6 +30,7 @@ class TreeRings final : public FiberTexture {
         grain_(p["grain"]),
         spiral_(p["spiral"]),
         bark_(p["bark"]),
+        yearsDarkness_(darknessOfYear(1)),
         seed_(p.seed()),
         // By age: heartwood, sapwood under the bark.
         early_({{0, 0xc79660}, {0.5, 0xd0a06a}, {0.72, 0xd8ad78}, {0.8, 0xe6c697}, {1, 0xead0a4}}),
@@ -89,10 +92,10 @@ class TreeRings final : public FiberTexture {
     const Varying vessels = noise(fine, footprint.in(fine), seed_ + 2);
     const double pores = shareAbove(vessels - (1.15 + 0.8 * late), 0.5, footprint);
     sample.color *= static_cast<float>(1 + grain_ * (0.07 * fibers.value + 0.04 * vessels.value));
-    sample.color = mix(sample.color, linearFromSrgb(0x5d3a1f), 0.5 * grain_ * pores);
+    sample.color = mix(sample.color, kPore, 0.5 * grain_ * pores);
     addRays(place, trunk, sample);
     const double pith = shareAbove(0.022 - trunk.age, 0.012, footprint);
-    sample.color = mix(sample.color, linearFromSrgb(0x5a3719), 0.8 * pith);
+    sample.color = mix(sample.color, kPith, 0.8 * pith);
     sample.gloss = 0.1f;
     return sample;
   }
@@ -113,15 +116,16 @@ class TreeRings final : public FiberTexture {
 
   /// Integral of the darkness from year 0: the mean over any span of years is exact.
   double darknessUpTo(double years) const {
-    const double whole = std::floor(years), n = latePower();
-    auto power = [&](double t) { return std::pow(t, n + 1) / (n + 1); };
-    auto primitive = [&](double t) {
-      const double edge = 1 - kWinter;
-      if (t <= edge) return power(t);
-      auto falling = [&](double s) { return (power(s) - std::pow(s, n + 2) / (n + 2)) / kWinter; };
-      return power(edge) + falling(t) - falling(edge);
-    };
-    return whole * primitive(1) + primitive(years - whole);
+    const double whole = std::floor(years);
+    return whole * yearsDarkness_ + darknessOfYear(years - whole);
+  }
+
+  double darknessOfYear(double t) const {
+    const double n = latePower(), edge = 1 - kWinter;
+    const double rising = std::pow(std::min(t, edge), n + 1) / (n + 1);
+    if (t <= edge) return rising;
+    auto falling = [&](double s) { return std::pow(s, n + 1) * (1 / (n + 1) - s / (n + 2)) / kWinter; };
+    return rising + falling(t) - falling(edge);
   }
 
   /// Thin plates of cells from the pith outwards, a few rings long, spindles along the grain.
@@ -133,7 +137,7 @@ class TreeRings final : public FiberTexture {
     const Footprint inDomain = place.footprint.in(domain);
     const Varying n = noise(domain, inDomain, seed_ + 4);
     const double ray = shareAbove(n - 1.5, 0.8, place.footprint);
-    sample.color = mix(sample.color, linearFromSrgb(0xe9cfa2), 0.42 * rays_ * ray);
+    sample.color = mix(sample.color, kRay, 0.42 * rays_ * ray);
   }
 
   /// Plates between fissures that run along the trunk.
@@ -147,20 +151,20 @@ class TreeRings final : public FiberTexture {
     const VaryingPoint fibers(26.0 * p.x, 26.0 * p.y, 9.0 * p.z);
     const Varying rough = fractalNoise(fibers, footprint.in(fibers), {1, 4, 0.65}, seed_ + 7);
     // Height over the fissures, 0 to 1.
-    const double slope = 5, height = 1 - std::exp(-slope * plate.wall.value);
+    const double slope = 5, height = 1 - std::exp(-slope * plate.walls[0].value);
     TextureSample sample;
     const Varying tone(mix(0.2, 2.6 * height - 1.5, kept) + 0.55 * rough.value, 0.55 * rough.gradient,
                        0.3 * rough.variance + 0.4 * (1 - kept));
     sample.color = barkColor_.mean(tone, footprint);
     sample.heightGradient =
-        0.028 * kept * slope * (1 - height) * plate.wall.gradient + 0.004 * rough.gradient;
+        0.028 * kept * slope * (1 - height) * plate.walls[0].gradient + 0.004 * rough.gradient;
     return sample;
   }
 
   /// Share of a year in which growth stops.
   static constexpr double kWinter = 0.08;
 
-  double rings_, wobble_, lateWood_, rays_, grain_, spiral_, bark_;
+  double rings_, wobble_, lateWood_, rays_, grain_, spiral_, bark_, yearsDarkness_;
   std::uint32_t seed_;
   Ramp early_, late_, barkColor_;
 };

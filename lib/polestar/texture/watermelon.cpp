@@ -13,6 +13,10 @@
 namespace polestar::detail {
 namespace {
 
+const Vec3f kSparkle = linearFromSrgb(0xf6a7a0), kHollow = linearFromSrgb(0xc4222e),
+            kBlackSeed = linearFromSrgb(0x1a1110), kBrownSeed = linearFromSrgb(0x4a2b1b),
+            kSeedRim = linearFromSrgb(0x6f4a2c), kVein = linearFromSrgb(0x4f7a38),
+            kScar = linearFromSrgb(0x8a7a4e);
 constexpr double kAxisHalfLength = 0.25;
 
 SeedLayout seedLayout(const Parameters& p, double equator, int around, std::uint32_t salt) {
@@ -59,11 +63,11 @@ class Watermelon final : public FiberTexture {
  private:
   TextureSample at(const Place& place) const override {
     TextureSample sample;
-    constexpr double skin = 0.022;
-    const double skinned = shareAbove(place.radius - (1 - skin), skin, place.footprint);
+    constexpr double kSkin = 0.022;
+    const double skinned = shareAbove(place.radius - (1 - kSkin), kSkin, place.footprint);
     if (skinned < 1) sample = flesh(place);
     if (skinned > 0) {
-      const TextureSample outer = this->skin(place);
+      const TextureSample outer = skin(place);
       sample.color = mix(sample.color, outer.color, skinned);
       sample.gloss = static_cast<float>(mix(sample.gloss, outer.gloss, skinned));
       sample.heightGradient = skinned * outer.heightGradient;
@@ -92,7 +96,7 @@ class Watermelon final : public FiberTexture {
     const double fleck = 0.05 * grain.value + 0.06 * streaks.value + 0.04 * mottle.value;
     const double sparkle = smoothStep(1.2, 3.6, grain.value + 0.5 * streaks.value);
     sample.color *= static_cast<float>(1 + inFlesh * fleck + (1 - inFlesh) * 0.02 * grain.value);
-    sample.color = mix(sample.color, linearFromSrgb(0xf6a7a0), 0.28 * inFlesh * sparkle);
+    sample.color = mix(sample.color, kSparkle, 0.28 * inFlesh * sparkle);
     sample.gloss = static_cast<float>(0.35 * inFlesh);
     addSeed(place, inner_, sample);
     addSeed(place, outer_, sample);
@@ -107,15 +111,14 @@ class Watermelon final : public FiberTexture {
 
   void addSeed(const Place& place, const SeedLayout& layout, TextureSample& sample) const {
     const Seed seed = seedNear(place.ball, place.footprint, layout);
-    if (!seed.present) return;
     // A seed sits in a small hollow with a pale wall.
-    const double hollow = shareAbove(1.9 - seed.form, 0.9, place.footprint);
-    sample.color = mix(sample.color, linearFromSrgb(0xc4222e), 0.6 * hollow);
-    const double inside = shareAbove(1.0 - seed.form, 0.2, place.footprint);
+    const double hollow = seed.share(1.38, 0.9, place.footprint);
+    sample.color = mix(sample.color, kHollow, 0.6 * hollow);
+    const double inside = seed.share(1, 0.2, place.footprint);
     const double ripe = uniform(seed.hash, 8);
-    const Vec3f shell = mix(linearFromSrgb(0x1a1110), linearFromSrgb(0x4a2b1b), ripe * ripe);
+    const Vec3f shell = mix(kBlackSeed, kBrownSeed, ripe * ripe);
     const double rim = smoothStep(0.45, 1, seed.form.value) + smoothStep(-0.4, -0.9, seed.along);
-    sample.color = mix(sample.color, mix(shell, linearFromSrgb(0x6f4a2c), 0.35 * std::min(rim, 1.0)), inside);
+    sample.color = mix(sample.color, mix(shell, kSeedRim, 0.35 * std::min(rim, 1.0)), inside);
     sample.gloss = static_cast<float>(mix(sample.gloss, 0.7, inside));
   }
 
@@ -134,8 +137,7 @@ class Watermelon final : public FiberTexture {
     const VaryingPoint fine = 16.0 * p;
     const Varying net = fractalNoise(fine, footprint.in(fine), {1, 3, 0.6}, seed_ + 6);
     const double vein = shareWithin(net, 0.16, 0.25, footprint);
-    const Vec3f pale =
-        mix(pale_.mean(0.6 * torn + 0.5 * bend, footprint), linearFromSrgb(0x4f7a38), 0.55 * vein);
+    const Vec3f pale = mix(pale_.mean(0.6 * torn + 0.5 * bend, footprint), kVein, 0.55 * vein);
     TextureSample sample;
     sample.color = mix(pale, dark_.mean(0.8 * net, footprint), covered);
     sample.gloss = 0.5f;
@@ -149,7 +151,7 @@ class Watermelon final : public FiberTexture {
     const double radius = place.ball.z.value > 0 ? 0.07 : 0.035;
     const Varying across = hypot(place.ball.x, place.ball.y);
     const double scar = shareAbove(radius - across, 0.05, place.footprint);
-    sample.color = mix(sample.color, linearFromSrgb(0x8a7a4e), scar);
+    sample.color = mix(sample.color, kScar, scar);
     sample.gloss *= static_cast<float>(1 - scar);
     sample.heightGradient += 0.25 * scar * across.gradient;
   }
@@ -169,7 +171,7 @@ ProceduralTexture watermelon() {
            {{"stripes", 11, 3, 40, "dark stripes around the skin"},
             {"jaggedness", 1, 0, 2, "how torn the edges of the stripes are"},
             {"rind", 0.15, 0.05, 0.4, "thickness of the rind"},
-            {"seeds", 0.6, 0, 1, "share of the places for seeds that hold one"},
+            {"seeds", 0.7, 0, 1, "share of the places for seeds that hold one"},
             {"seed-size", 1, 0.3, 1.5, "of a seed, over that of the real fruit"},
             kSeedParameter}},
           makeOf<Watermelon>};

@@ -29,10 +29,11 @@ std::vector<BallView> views() {
            .corner = Vec3(0.02, 0.03, 0.01)}};
 }
 
-Picture sheet(const SolidTexture& texture, int size, int side) {
+Picture sheet(const SolidTexture& texture, int size, int side, double width) {
   Picture picture(2 * size, 2 * size);
   int quarter = 0;
-  for (const BallView& view : views()) {
+  for (BallView view : views()) {
+    view.width = width;
     drawBall(texture, view, side, {quarter % 2 * size, quarter / 2 * size, size}, picture);
     ++quarter;
   }
@@ -62,6 +63,7 @@ struct Options {
   std::vector<std::string> names;
   TextureSettings settings;
   int size = 600, side = 2;
+  double width = 2.2;
   bool time = false;
 };
 
@@ -73,7 +75,8 @@ void run(const Options& options) {
                   microsecondsPerSample(*texture, 256), microsecondsPerSample(*texture, 1000000));
       continue;
     }
-    writePicture(options.folder / (name + ".png"), sheet(*texture, options.size, options.side));
+    writePicture(options.folder / (name + ".png"),
+                 sheet(*texture, options.size, options.side, options.width));
   }
 }
 
@@ -86,9 +89,10 @@ int main(int argc, char** argv) {
   app.add_option("names", options.names, "textures; all without a name");
   app.add_option("-o", options.folder, "folder for the pictures");
   std::vector<std::string> settings;
-  app.add_option("--set", settings, "NAME=VALUE of a parameter");
+  app.add_option("--set", settings, "NAME=VALUE of a parameter")->allow_extra_args(false);
   app.add_option("--size", options.size, "pixels of a quarter of a sheet");
   app.add_option("--side", options.side, "samples a pixel: the square of this");
+  app.add_option("--width", options.width, "of a quarter, ball radii: small ones show the center");
   app.add_flag("--time", options.time, "measure instead");
   CLI11_PARSE(app, argc, argv);
   if (options.names.empty()) {

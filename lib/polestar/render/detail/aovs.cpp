@@ -78,7 +78,7 @@ std::vector<PictureChannel> solidAovs() {
   using Format = PictureChannel::Format;
   return {{"Z", Format::full, {}},      {"N.x", Format::half, {}},    {"N.y", Format::half, {}},
           {"N.z", Format::half, {}},    {"ball.x", Format::full, {}}, {"ball.y", Format::full, {}},
-          {"ball.z", Format::full, {}}, {"G", Format::full, {}},      {"id", Format::integer, {}}};
+          {"ball.z", Format::full, {}}, {"green", Format::full, {}},  {"id", Format::integer, {}}};
 }
 
 }  // namespace polestar

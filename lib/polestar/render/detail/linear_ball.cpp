@@ -6,7 +6,7 @@
 namespace polestar::detail {
 namespace {
 
-constexpr double kSecondTry = 1e-6;  // of the way to the center
+constexpr double kSecondTry = 4e-6;  // of the way to the center: what rays in single precision may miss
 constexpr double kLongestStep = 2;   // of finite differences, in widths of the pixel
 
 Vec3 inward(const Vec3& point, const Vec3& center) {
@@ -75,6 +75,11 @@ std::vector<LinearBall> linearBalls(std::span<const SurfacePatch> patches, const
     balls[i].ball = tries.ball(3 * i);
     balls[i].alongFirst = tries.slope(3 * i, 3 * i + 1, patches[i].pixelFirst, patches[i].first);
     balls[i].alongSecond = tries.slope(3 * i, 3 * i + 2, longStep(patches[i]), patches[i].second);
+    if (!patches[i].skin || !balls[i].known()) continue;
+    // R = 1 all over the skin.
+    const Vec3 radial = balls[i].ball.stableNormalized();
+    balls[i].alongFirst -= radial.dot(balls[i].alongFirst) * radial;
+    balls[i].alongSecond -= radial.dot(balls[i].alongSecond) * radial;
   }
   return balls;
 }

@@ -25,7 +25,7 @@ struct LinearBall {
 };
 
 /// Looks up three points a patch. A patch on the skin is looked up half a pixel below it, since maps know
-/// nothing outside; where even that has no coordinates (sharp edges), 1e-6 of the way to `center`, if that is
+/// nothing outside; where even that has no coordinates (sharp edges), 4e-6 of the way to `center`, if that is
 /// finite.
 std::vector<LinearBall> linearBalls(std::span<const SurfacePatch> patches, const Vec3& center,
                                     const BallLookup& lookup);

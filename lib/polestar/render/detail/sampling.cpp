@@ -36,7 +36,9 @@ POLESTAR_INTO_CLONES std::uint32_t sobolSecondReversed(std::uint32_t index) {
   return index ^ (index >> 16);
 }
 
-POLESTAR_INTO_CLONES float unitFloat(std::uint32_t x) { return static_cast<float>(static_cast<std::int32_t>(x >> 8)) * 0x1p-24f; }
+POLESTAR_INTO_CLONES float unitFloat(std::uint32_t x) {
+  return static_cast<float>(static_cast<std::int32_t>(x >> 8)) * 0x1p-24f;
+}
 
 struct Seeds {
   std::uint32_t shuffle, first, second;
@@ -57,7 +59,9 @@ POLESTAR_INTO_CLONES void squarePoint(std::uint32_t index, const Seeds& seeds, f
 /// sin(2 pi t), |t| <= 1/4, within 1e-7.
 POLESTAR_INTO_CLONES float sineOfTurns(float t) {
   const float x = 6.2831853f * t, z = x * x;
-  return x * (1 + z * (-1.6666667e-1f + z * (8.3333333e-3f + z * (-1.9841270e-4f + z * (2.7557319e-6f + z * -2.5052108e-8f)))));
+  return x *
+         (1 + z * (-1.6666667e-1f +
+                   z * (8.3333333e-3f + z * (-1.9841270e-4f + z * (2.7557319e-6f + z * -2.5052108e-8f)))));
 }
 
 POLESTAR_INTO_CLONES float tent(float u) {
@@ -68,17 +72,20 @@ POLESTAR_INTO_CLONES float tent(float u) {
 }  // namespace
 
 POLESTAR_SIMD_CLONES
-void squarePoints(std::uint32_t seed, std::uint32_t stream, std::size_t count, float* u, float* v) {
-  const Seeds seeds(seed, stream);
-  for (std::size_t i = 0; i < count; ++i) squarePoint(static_cast<std::uint32_t>(i), seeds, u[i], v[i]);
+void squarePoints(const PixelSamples& pixel, std::uint32_t stream, std::size_t count, float* u, float* v) {
+  const Seeds seeds(pixel.seed, stream);
+  const std::uint32_t start = pixel.first;
+  for (std::size_t i = 0; i < count; ++i)
+    squarePoint(start + static_cast<std::uint32_t>(i), seeds, u[i], v[i]);
 }
 
 POLESTAR_SIMD_CLONES
-void diskPoints(std::uint32_t seed, std::uint32_t stream, std::size_t count, float* x, float* y) {
-  const Seeds seeds(seed, stream);
+void diskPoints(const PixelSamples& pixel, std::uint32_t stream, std::size_t count, float* x, float* y) {
+  const Seeds seeds(pixel.seed, stream);
+  const std::uint32_t start = pixel.first;
   for (std::size_t i = 0; i < count; ++i) {
     float u, v;
-    squarePoint(static_cast<std::uint32_t>(i), seeds, u, v);
+    squarePoint(start + static_cast<std::uint32_t>(i), seeds, u, v);
     const float radius = std::sqrt(u), turns = v - 0.5f, size = turns < 0 ? -turns : turns;
     const float folded = size > 0.25f ? 0.5f - size : size;
     x[i] = radius * sineOfTurns(0.25f - size);
@@ -87,11 +94,12 @@ void diskPoints(std::uint32_t seed, std::uint32_t stream, std::size_t count, flo
 }
 
 POLESTAR_SIMD_CLONES
-void tentPoints(std::uint32_t seed, std::uint32_t stream, std::size_t count, float* x, float* y) {
-  const Seeds seeds(seed, stream);
+void tentPoints(const PixelSamples& pixel, std::uint32_t stream, std::size_t count, float* x, float* y) {
+  const Seeds seeds(pixel.seed, stream);
+  const std::uint32_t start = pixel.first;
   for (std::size_t i = 0; i < count; ++i) {
     float u, v;
-    squarePoint(static_cast<std::uint32_t>(i), seeds, u, v);
+    squarePoint(start + static_cast<std::uint32_t>(i), seeds, u, v);
     x[i] = tent(u);
     y[i] = tent(v);
   }

@@ -98,6 +98,12 @@ void fillPacket(Packet& packet, int* valid, const RayBundle& rays, std::span<con
   }
 }
 
+/// Is a crossing so close to its triangle's edge that the neighbour across may be meant?
+bool atEdge(float u, float v) {
+  constexpr float kClose = 1e-3f;
+  return u < kClose || v < kClose || u + v > 1 - kClose;
+}
+
 RTCIntersectContext rayContext(bool coherent) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -120,6 +126,21 @@ SolidScene::SolidScene(TriMesh surface, std::vector<Piece> pieces, double crease
 SolidScene::~SolidScene() = default;
 SolidScene::SolidScene(SolidScene&&) noexcept = default;
 
+/// A ray that touches the solid's silhouette enters and leaves at one edge, and either may be found first:
+/// what the way ahead says of being inside then has to be confirmed by the way back.
+bool SolidScene::insideBehind(const Vec3f& shift, const RayBundle& rays, const Query& query) const {
+  const Vec3f direction = rays.directionOf(query.ray);
+  const Vec3f point = rays.originOf(query.ray) - shift + query.near * direction;
+  RTCIntersectContext context = rayContext(false);
+  RTCRayHit back{};
+  back.ray = {point[0],   point[1], point[2], 0, -direction[0], -direction[1], -direction[2], 0,
+              query.near, ~0u,      0,        0};
+  back.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(embree_->scene, &context, &back);
+  return back.hit.geomID != RTC_INVALID_GEOMETRY_ID &&
+         Vec3f(back.hit.Ng_x, back.hit.Ng_y, back.hit.Ng_z).dot(direction) < 0;
+}
+
 /// Next crossings of the skin. A stretch that begins at a plane and whose next crossing leads out of the
 /// solid begins inside of it: what is met there is the plane's cut face, at once.
 void SolidScene::trace(std::size_t piece, const RayBundle& rays, std::span<const Query> queries,
@@ -139,7 +160,13 @@ void SolidScene::trace(std::size_t piece, const RayBundle& rays, std::span<const
       SceneHit& hit = hits[query.ray];
       const float along = packet.hit.Ng_x[i] * packet.ray.dir_x[i] +
                           packet.hit.Ng_y[i] * packet.ray.dir_y[i] + packet.hit.Ng_z[i] * packet.ray.dir_z[i];
-      if (query.plane >= 0 && along > 0) {
+      bool inside = query.plane >= 0 && along > 0;
+      if (query.plane >= 0 && atEdge(packet.hit.u[i], packet.hit.v[i])) {
+        const bool confirmed = insideBehind(shift, rays, query);
+        if (inside && !confirmed) continue;
+        inside = confirmed;
+      }
+      if (inside) {
         hit.distance = query.near;
         hit.plane = query.plane;
       } else {
@@ -284,8 +311,10 @@ Vec3 SolidScene::solidPoint(const SceneHit& hit, const Vec3& origin, const Vec3&
   }
   const Piece& piece = pieces_[hit.piece];
   const Plane& plane = piece.planes[hit.plane];
-  const Vec3 from = origin - piece.shift;
-  return from - plane.height(from) / plane.normal.dot(direction) * direction;
+  // Where the ray was when it was found to be inside; down to the plane by the shortest way, since along a
+  // ray that grazes it rounding would become a long one.
+  const Vec3 near = origin - piece.shift + static_cast<double>(hit.distance) * direction;
+  return near - plane.height(near) * plane.normal;
 }
 
 std::vector<Vec3> SolidScene::outline() const {

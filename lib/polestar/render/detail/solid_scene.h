@@ -86,6 +86,7 @@ class SolidScene {
   void blockNotched(std::size_t piece, const RayBundle& rays, bool coherent,
                     std::span<std::uint8_t> blocked) const;
   void blockKept(std::size_t piece, const RayBundle& rays, std::span<std::uint8_t> blocked) const;
+  bool insideBehind(const Vec3f& shift, const RayBundle& rays, const Query& query) const;
   void trace(std::size_t piece, const RayBundle& rays, std::span<const Query> queries,
              std::span<SceneHit> hits) const;
 

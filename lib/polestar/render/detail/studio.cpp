@@ -82,10 +82,17 @@ SolidLight Studio::onSolid(const Vec3f& normal, const Vec3f& toViewer, const Lig
   return light;
 }
 
-Vec3f Studio::inFog(float keyShare, float domeShare) const {
-  // Half the dome is sky, half is floor.
-  const float dome = kDomeStrength * 0.5f * (0.95f + kFloorBounce) * domeShare;
-  return kFogGain * (0.5f * kKeyStrength * keyShare * kWarm + 0.5f * dome * kCool);
+Vec3f Studio::sphereDirection(const DiskPoint& sample) {
+  // The squared radius is uniform, and so is the height on a sphere [Marsaglia 1972].
+  const float squared = std::min(1.0f, sample.squaredNorm());
+  const float scale = 2 * std::sqrt(1 - squared);
+  return {scale * sample[0], scale * sample[1], 1 - 2 * squared};
+}
+
+Vec3f Studio::inFog(float keyShare, const Vec3f& toDome, float domeShare) const {
+  // Irradiance of the whole sphere, shared out over all directions; a wall gets half the dome.
+  return kFogGain * (0.5f * kKeyStrength * keyShare * kWarm +
+                     0.5f * kDomeStrength * domeRadiance(toDome) * domeShare * kCool);
 }
 
 std::optional<Vec3f> Studio::floorPoint(const Vec3f& origin, const Vec3f& direction) const {

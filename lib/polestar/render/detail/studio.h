@@ -45,8 +45,11 @@ class Studio {
   static Vec3f domeDirection(const Vec3f& normal, const DiskPoint& sample);
 
   SolidLight onSolid(const Vec3f& normal, const Vec3f& toViewer, const LightSeen& seen) const;
-  /// For points in a fog that sends light on in all directions alike.
-  Vec3f inFog(float keyShare, float domeShare) const;
+  /// A random direction, all alike.
+  static Vec3f sphereDirection(const DiskPoint& sample);
+  /// Light from a point in a white fog that sends it on in all directions alike: of the key and of the dome
+  /// in direction `toDome`, the shares (0 to 1) arrive at the point.
+  Vec3f inFog(float keyShare, const Vec3f& toDome, float domeShare) const;
 
   /// Where a ray that misses the solid meets the floor, if it does.
   std::optional<Vec3f> floorPoint(const Vec3f& origin, const Vec3f& direction) const;

@@ -9,12 +9,13 @@
 namespace polestar::detail {
 namespace {
 
-constexpr std::size_t kBatch = 16384;      // samples at once: their data stay in the cache's second level
-constexpr float kRayOffset = 1e-4f;        // of shadow rays
-constexpr float kSteepest = 0.05f;         // cosine at which a pixel's length on the solid stops growing
-constexpr float kReach = 2;                // of a patch, pixels
-constexpr float kFilterRadius = 0.8f;      // of the tent that pixels are averaged by, which softens edges a little; pixels
-constexpr double kTapShare = 0.55;         // of a pixel's length that a quarter of its samples stands for
+constexpr std::size_t kBatch = 16384;  // samples at once: their data stay in the cache's second level
+constexpr float kRayOffset = 1e-4f;    // of shadow rays
+constexpr float kSteepest = 0.05f;     // cosine at which a pixel's length on the solid stops growing
+constexpr float kReach = 2;            // of a patch, pixels
+constexpr float kFilterRadius =
+    0.8f;  // of the tent that pixels are averaged by, which softens edges a little; pixels
+constexpr double kTapShare = 0.55;  // of a pixel's length that a quarter of its samples stands for
 
 /// Does a ray from outside meet the ball around the origin?
 bool meetsBall(const Vec3f& origin, const Vec3f& direction, float radiusSquared) {
@@ -66,11 +67,11 @@ void Tile::shoot(std::size_t first, std::size_t last) {
     values->resize((last - first) * samples);
   for (std::size_t p = first; p < last; ++p) {
     const Eigen::Vector2i corner = cornerOf(p);
-    const std::uint32_t seed = pixelSeed(corner[0], corner[1]);
+    const PixelSamples pixel = pixelSamples(corner[0], corner[1], stage_.samples);
     const std::size_t at = (p - first) * samples;
-    tentPoints(seed, 0, samples, &x_[at], &y_[at]);
-    diskPoints(seed, 1, samples, &keyX_[at], &keyY_[at]);
-    diskPoints(seed, 2, samples, &domeX_[at], &domeY_[at]);
+    tentPoints(pixel, 0, samples, &x_[at], &y_[at]);
+    diskPoints(pixel, 1, samples, &keyX_[at], &keyY_[at]);
+    diskPoints(pixel, 2, samples, &domeX_[at], &domeY_[at]);
     for (std::size_t i = at; i < at + samples; ++i) {
       x_[i] = static_cast<float>(corner[0]) + 0.5f + kFilterRadius * x_[i];
       y_[i] = static_cast<float>(corner[1]) + 0.5f + kFilterRadius * y_[i];
@@ -167,7 +168,8 @@ void Tile::look() {
   taps.reserve(taps_.size());
   for (const Tap& tap : taps_) {
     const double unit = stage_.frame.unit / tap.samples;
-    taps.push_back({tap.patch, unit * static_cast<double>(tap.first), unit * static_cast<double>(tap.second)});
+    taps.push_back(
+        {tap.patch, unit * static_cast<double>(tap.first), unit * static_cast<double>(tap.second)});
   }
   looks_.assign(taps.size(), SurfaceLook());
   if (taps.empty()) return;

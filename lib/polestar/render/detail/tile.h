@@ -102,8 +102,8 @@ class Tile {
   // Of the pixels that are rendered at once; samples of a pixel are consecutive.
   std::size_t firstPixel_ = 0;
   RayBundle rays_, keyRays_, domeRays_;
-  std::int32_t keyCount_ = 0, domeCount_ = 0;  ///< of light rays that are in use
-  std::vector<float> x_, y_;                          ///< of samples, in the picture
+  std::int32_t keyCount_ = 0, domeCount_ = 0;       ///< of light rays that are in use
+  std::vector<float> x_, y_;                        ///< of samples, in the picture
   std::vector<float> keyX_, keyY_, domeX_, domeY_;  ///< of samples: random points of the unit disk
   std::vector<SceneHit> hits_;
   std::vector<std::int32_t> tapOf_;  ///< of samples; -1 where the solid is missed

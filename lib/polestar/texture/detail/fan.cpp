@@ -24,7 +24,9 @@ Varying fanStreaks(const Fan& fan, const Footprint& footprint, const Streaks& st
   const double blend = std::clamp(level.value - lower, 0.0, 1.0);
   const Varying along = fan.distance / (streaks.thickness * streaks.stretch);
   const Varying lengthwise = fan.foot / streaks.thickness;
+  const double apart = smoothStep(0.5, 2.5, fan.distance.value / streaks.thickness);
   Varying sum;
+  if (apart == 0) return sum;
   for (const int step : {0, 1}) {
     // Squares of the weights sum to 1: the variance is even.
     const double share = step == 0 ? 1 - blend : blend;
@@ -35,7 +37,7 @@ Varying fanStreaks(const Fan& fan, const Footprint& footprint, const Streaks& st
     const auto salt = static_cast<std::uint32_t>(lower) + static_cast<std::uint32_t>(step);
     sum = sum + std::sqrt(share) * noise(domain, footprint.in(domain), seed + 0x9e3779b9u * salt);
   }
-  return sum;
+  return apart * sum;
 }
 
 }  // namespace polestar::detail

@@ -14,9 +14,10 @@ class Footprint {
     // Invariants of the covariance of a point that is anywhere in the parallelepiped: edges edges^T / 12.
     const Mat3 c = edges * edges.transpose() / 12;
     trace_ = c.trace();
-    minors_ = c(0, 0) * c(1, 1) - c(0, 1) * c(0, 1) + c(0, 0) * c(2, 2) - c(0, 2) * c(0, 2) +
-              c(1, 1) * c(2, 2) - c(1, 2) * c(1, 2);
-    determinant_ = c.determinant();
+    // What is 0 may come out as a little less.
+    minors_ = std::max(0.0, c(0, 0) * c(1, 1) - c(0, 1) * c(0, 1) + c(0, 0) * c(2, 2) - c(0, 2) * c(0, 2) +
+                                c(1, 1) * c(2, 2) - c(1, 2) * c(1, 2));
+    determinant_ = std::max(0.0, c.determinant());
   }
 
   /// The same footprint in another domain, in that domain's units.

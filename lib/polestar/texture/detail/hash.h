@@ -3,11 +3,13 @@
 
 #include <cstdint>
 
+#include "polestar/core/detail/simd.h"
+
 namespace polestar::detail {
 
 /// Integer hash with full avalanche [Wellons, lowbias32]. Of an unsigned integer or a vector of them.
 template <class Unsigned>
-constexpr Unsigned scramble(Unsigned x) {
+POLESTAR_INTO_CLONES constexpr Unsigned scramble(Unsigned x) {
   x ^= x >> 16;
   x *= 0x7feb352du;
   x ^= x >> 15;
@@ -16,7 +18,7 @@ constexpr Unsigned scramble(Unsigned x) {
 }
 
 /// Largest integer that is not above x. |x| < 2^31; without the call that std::floor is before SSE 4.1.
-inline std::int32_t floorOf(double x) {
+POLESTAR_INTO_CLONES std::int32_t floorOf(double x) {
   const auto truncated = static_cast<std::int32_t>(x);
   return truncated - (x < truncated);
 }

@@ -10,7 +10,7 @@ constexpr std::size_t kVoxels = std::size_t{1} * kLeaf * kLeaf * kLeaf;
 constexpr int kSpacing = 2;                   // of the nodes, voxels
 constexpr int kNodes = kLeaf / kSpacing + 1;  // along an axis of a leaf
 constexpr int kAllNodes = kNodes * kNodes * kNodes;
-constexpr double kTolerance = 0.05;  // of what a voxel covers
+constexpr double kTolerance = 0.1;  // of what a voxel covers
 
 /// Values and slopes, per voxel, of the quadratic polynomials that are 1 at one of three nodes and 0 at the
 /// others.

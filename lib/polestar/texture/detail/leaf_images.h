@@ -25,7 +25,7 @@ class LeafImager {
 
   /// A leaf is eight blocks of 4^3 voxels. Blocks inside the solid are interpolated by quadratic polynomials
   /// through 27 points two voxels apart, most of them shared, when these agree with the map at four more, in
-  /// between, to a twentieth of what a voxel covers; in the others every voxel asks the map. Safe from many
+  /// between, to a tenth of what a voxel covers; in the others every voxel asks the map. Safe from many
   /// threads.
   void locate(const VoxelBatch& batch, LeafImages& images) const;
 

@@ -24,7 +24,7 @@ struct Simplex {
 };
 
 /// The lattice of cubes, sheared along its diagonal, has six equal tetrahedra a cube.
-Simplex simplexAround(const Vec3& q) {
+POLESTAR_INTO_CLONES Simplex simplexAround(const Vec3& q) {
   const double skew = (q[0] + q[1] + q[2]) / 3;
   Simplex simplex;
   simplex.base = {floorOf(q[0] + skew), floorOf(q[1] + skew), floorOf(q[2] + skew)};
@@ -41,32 +41,33 @@ Simplex simplexAround(const Vec3& q) {
 
 }  // namespace
 
-NoiseValue simplexNoise(const Vec3& p, std::uint32_t seed) {
+POLESTAR_SIMD_CLONES NoiseValue simplexNoise(const Vec3& p, std::uint32_t seed) {
   const Simplex simplex = simplexAround(kLatticeScale * p);
   // All four corners at once.
-  constexpr Int4 corner = {0, 1, 2, 3};
-  constexpr Float4 shift = {0, 1 / 6.0f, 2 / 6.0f, 3 / 6.0f};
-  const Int4 stepX = corner > simplex.rank[0], stepY = corner > simplex.rank[1],
-             stepZ = corner > simplex.rank[2];  // -1 where taken
-  const Float4 x = simplex.offset[0] + toFloat(stepX) + shift, y = simplex.offset[1] + toFloat(stepY) + shift,
-               z = simplex.offset[2] + toFloat(stepZ) + shift;
+  constexpr Int4 kCorner = {0, 1, 2, 3};
+  constexpr Float4 kShift = {0, 1 / 6.0f, 2 / 6.0f, 3 / 6.0f};
+  const Int4 stepX = kCorner > simplex.rank[0], stepY = kCorner > simplex.rank[1],
+             stepZ = kCorner > simplex.rank[2];  // -1 where taken
+  const Float4 x = simplex.offset[0] + toFloat(stepX) + kShift,
+               y = simplex.offset[1] + toFloat(stepY) + kShift,
+               z = simplex.offset[2] + toFloat(stepZ) + kShift;
   const Uint4 hash =
       latticeHash(simplex.base[0] - stepX, simplex.base[1] - stepY, simplex.base[2] - stepZ, seed);
   // Gradients: each component uniform in [-1, 1], so that their mean is 0 and no direction is preferred to
   // second order.
-  constexpr float half = 1023 / 2.0f;
-  const Float4 gx = tenBits(hash, 0) / half - 1, gy = tenBits(hash, 10) / half - 1,
-               gz = tenBits(hash, 20) / half - 1;
+  constexpr float kHalf = 1023 / 2.0f;
+  const Float4 gx = tenBits(hash, 0) / kHalf - 1, gy = tenBits(hash, 10) / kHalf - 1,
+               gz = tenBits(hash, 20) / kHalf - 1;
 
   Float4 kernel = 0.5f - (x * x + y * y + z * z);
   kernel = kernel > 0 ? kernel : Float4{};
   const Float4 along = gx * x + gy * y + gz * z;
   const Float4 squared = kernel * kernel, fourth = squared * squared;
   const Float4 slope = -8 * kernel * squared * along;
-  constexpr double scale = kAmplitude * kLatticeScale;
+  constexpr double kScale = kAmplitude * kLatticeScale;
   return {kAmplitude * sum(fourth * along),
-          {scale * sum(fourth * gx + slope * x), scale * sum(fourth * gy + slope * y),
-           scale * sum(fourth * gz + slope * z)}};
+          {kScale * sum(fourth * gx + slope * x), kScale * sum(fourth * gy + slope * y),
+           kScale * sum(fourth * gz + slope * z)}};
 }
 
 namespace {

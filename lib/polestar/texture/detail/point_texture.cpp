@@ -25,8 +25,18 @@ Varying meanRadius(const Vec3& ball, const Footprint& footprint) {
 
 }  // namespace
 
-Place::Place(const TexturePoint& point) : ball(point.ball), footprint(bounded(point.footprint)) {
+Place::Place(const TexturePoint& asked)
+    : ball(asked.ball), footprint(bounded(asked.footprint)), point{asked.ball, bounded(asked.footprint)} {
   radius = meanRadius(point.ball, footprint);
+}
+
+std::array<TexturePoint, 8> octants(const TexturePoint& point) {
+  std::array<TexturePoint, 8> parts;
+  for (int i = 0; i < 8; ++i) {
+    const Vec3 offset(i & 1 ? 0.25 : -0.25, i & 2 ? 0.25 : -0.25, i & 4 ? 0.25 : -0.25);
+    parts[i] = {point.ball + point.footprint * offset, point.footprint / 2};
+  }
+  return parts;
 }
 
 void PointTexture::sample(std::span<const TexturePoint> points, std::span<TextureSample> samples) const {

@@ -1,6 +1,8 @@
 #pragma once
 // A solid texture that is written point by point.
 
+#include <array>
+
 #include "polestar/texture/detail/footprint.h"
 #include "polestar/texture/solid_texture.h"
 
@@ -11,9 +13,14 @@ struct Place {
   VaryingPoint ball;
   Varying radius;       ///< mean over the footprint
   Footprint footprint;  ///< in ball coordinates
+  TexturePoint point;   ///< what was asked for
 
   explicit Place(const TexturePoint& point);
 };
+
+/// The eight halves of a place's footprint along its three edges; for patterns that are neither smaller nor
+/// much larger than it.
+std::array<TexturePoint, 8> octants(const TexturePoint& point);
 
 class PointTexture : public SolidTexture {
  public:

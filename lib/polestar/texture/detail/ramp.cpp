@@ -24,9 +24,9 @@ Ramp::Ramp(std::initializer_list<std::pair<double, std::uint32_t>> stops) : Ramp
 
 /// The last stop at or before x; 0 when there is none.
 std::size_t Ramp::segmentOf(double x) const {
-  std::size_t i = 0;
-  while (i + 1 < stops_.size() && stops_[i + 1].at <= x) ++i;
-  return i;
+  const auto next = std::upper_bound(stops_.begin() + 1, stops_.end(), x,
+                                     [](double value, const Stop& stop) { return value < stop.at; });
+  return static_cast<std::size_t>(next - stops_.begin()) - 1;
 }
 
 Vec3f Ramp::at(double x, std::size_t i) const {

@@ -43,66 +43,101 @@ Varying dropForm(const VaryingPoint& ball, const Footprint& footprint, const See
   return form;
 }
 
-struct Cell {
+/// A place for a seed. Rows have even heights along the axis, which is an even share of the shell for each.
+struct SeedCell {
   int row, column, around;
-  double shift;  ///< of the rows of this column, in rows
+  double sine;  ///< of the latitude of its middle, before jitter
 };
 
-double rowHeight(const SeedLayout& layout) { return kPi / layout.rows; }
+/// The whole number nearest to x, or the second nearest.
+int nearest(double x, bool second) {
+  const auto first = static_cast<int>(std::lround(x));
+  return second ? first + (x < first ? -1 : 1) : first;
+}
 
-/// Cells around the axis have their middles at whole numbers, and even rows a row at the equator: cuts along
-/// the axes meet seeds.
-Cell cellAt(const SeedLayout& layout, double latitude, double turn) {
-  const double row = latitude / rowHeight(layout);
-  auto columnOf = [&](int around) {
-    return (static_cast<int>(std::lround(turn * around)) + around) % around;
-  };
-  Cell cell;
+/// Columns, and rows but for the columns' shifts, have their middles at whole numbers: cuts along the axes
+/// meet seeds.
+SeedCell cellNear(const SeedLayout& layout, double sine, double turn, bool secondRow, bool secondColumn) {
+  const double rows = layout.rows / 2.0;
+  SeedCell cell{0, 0, layout.around, 0};
   if (layout.thinning) {
-    cell.shift = 0.5;
-    cell.row = static_cast<int>(std::floor(row + cell.shift));
-    const double cosine = std::cos(cell.row * rowHeight(layout));
-    cell.around = std::max(1, static_cast<int>(layout.around * cosine + 0.5));
-    cell.column = columnOf(cell.around);
-  } else {
-    cell.around = layout.around;
-    cell.column = columnOf(cell.around);
+    cell.row = nearest(sine * rows, secondRow);
+    cell.sine = cell.row / rows;
+    const double cosine = std::sqrt(std::max(0.0, 1 - cell.sine * cell.sine));
+    cell.around = std::max(1, static_cast<int>(std::lround(layout.around * cosine)));
+  }
+  const int column = nearest(turn * cell.around, secondColumn) % cell.around;
+  cell.column = column < 0 ? column + cell.around : column;
+  if (!layout.thinning) {
     // Columns are shifted against each other: no cut runs between all rows.
-    cell.shift = uniform(latticeHash(cell.column, 0, 0, layout.seed + 1));
-    cell.row = static_cast<int>(std::floor(row + cell.shift));
+    const double shift = uniform(latticeHash(cell.column, 0, 0, layout.seed + 1));
+    cell.row = nearest(sine * rows + shift, secondRow);
+    cell.sine = (cell.row - shift) / rows;
   }
   return cell;
 }
 
+/// Volume of a drop over that of its cell, spread over the shell that seeds lie in.
+double density(double level, double reach, const Footprint& footprint, const SeedLayout& layout) {
+  constexpr double kDropOverBox = 0.3;
+  const double drop = kDropOverBox * layout.length * layout.width * layout.thickness;
+  const double cell = layout.equator * 2 * kPi / layout.around * layout.pole * 2 / layout.rows;
+  const double half = reach * layout.equator, blur = footprint.size();
+  const double fromShell = std::abs(level - 1) * layout.equator;
+  const double shell =
+      std::clamp((half - fromShell) / std::max(blur, kTiny) + 0.5, 0.0, 1.0) * half / (half + blur / 2);
+  return layout.presence * drop / (cell * 2 * half) * shell;
+}
+
+/// Takes the cell's seed for `seed` when it is there and nearer.
+void consider(const VaryingPoint& ball, const Footprint& footprint, const SeedLayout& layout,
+              const SeedCell& cell, Seed& seed) {
+  const std::uint32_t hash = latticeHash(cell.row, cell.column, cell.around, layout.seed);
+  if (uniform(hash, 0) > layout.presence || std::abs(cell.sine) > 0.97) return;
+  // Where columns close in on each other there is no room.
+  const double latitude = std::asin(cell.sine);
+  const double room = layout.equator * std::cos(latitude) * 2 * kPi / cell.around;
+  if (room < layout.width) return;
+  auto jitter = [&](std::uint32_t n, double space) { return space * (uniform(hash, n) - 0.5); };
+  const double longitude = (cell.column + jitter(1, 0.8 * (1 - layout.width / room))) * 2 * kPi / cell.around;
+  const SeedFrame frame =
+      seedFrame(layout, longitude, latitude + jitter(2, 0.6 / layout.rows), jitter(3, 2 * layout.scatter));
+  const Vec3 offset = ball.value() - frame.middle;
+  if (offset.norm() > 1.2 * layout.length + footprint.size()) return;
+
+  const Varying form = dropForm(ball, footprint, frame, layout);
+  if (seed.present && form.value >= seed.form.value) return;
+  seed.present = true;
+  seed.hash = hash;
+  seed.form = form;
+  seed.along = 2 * offset.dot(frame.axes.col(0)) / layout.length;
+  seed.across = 2 * offset.dot(frame.axes.col(1)) / layout.width;
+}
+
 }  // namespace
+
+double Seed::share(double scale, double softness, const Footprint& footprint) const {
+  const double own = present ? shareAbove(scale * scale - form, softness, footprint) : 0;
+  return mix(std::min(1.0, density * scale * scale * scale), own, kept);
+}
 
 Seed seedNear(const VaryingPoint& ball, const Footprint& footprint, const SeedLayout& layout) {
   const Vec3 p = ball.value();
-  const double across = std::hypot(p[0], p[1]);
-  const double level = std::hypot(across / layout.equator, p[2] / layout.pole);
+  const double acrossSquared = (p[0] * p[0] + p[1] * p[1]) / (layout.equator * layout.equator);
+  const double level = std::sqrt(acrossSquared + p[2] * p[2] / (layout.pole * layout.pole));
   const double reach = (layout.scatter + 0.7 * layout.length) / layout.equator;
-  if (std::abs(level - 1) > reach + footprint.size()) return {};
-
-  const double latitude = std::atan2(p[2] / layout.pole, across / layout.equator);
-  const double turn = std::atan2(p[1], p[0]) / (2 * kPi);
-  const Cell cell = cellAt(layout, latitude, turn);
-  const double middleLatitude = (cell.row + 0.5 - cell.shift) * rowHeight(layout);
+  if (std::abs(level - 1) > reach + 1.5 * footprint.size() / layout.equator) return {};
 
   Seed seed;
-  seed.hash = latticeHash(cell.row, cell.column, cell.around, layout.seed);
-  // Where rows around the poles close in on each other there is no room.
-  const double room = layout.equator * std::cos(middleLatitude) * 2 * kPi / cell.around;
-  if (uniform(seed.hash, 0) > layout.presence || room < layout.width) return {};
-  auto jitter = [&](std::uint32_t n, double space) { return space * (uniform(seed.hash, n) - 0.5); };
-  const double slack = 0.8 * std::max(0.0, 1 - layout.width / room);
-  const double longitude = (cell.column + jitter(1, slack)) * 2 * kPi / cell.around;
-  const SeedFrame frame = seedFrame(layout, longitude, middleLatitude + jitter(2, 0.3 * rowHeight(layout)),
-                                    jitter(3, 2 * layout.scatter));
-  seed.present = true;
-  seed.form = dropForm(ball, footprint, frame, layout);
-  const Vec3 local = frame.axes.transpose() * (p - frame.middle);
-  seed.along = 2 * local[0] / layout.length;
-  seed.across = 2 * local[1] / layout.width;
+  seed.kept = footprint.kept(2 / layout.width);
+  seed.density = seed.kept < 1 ? density(level, reach, footprint, layout) : 0;
+  const double sine = p[2] / (layout.pole * std::max(level, kTiny));
+  const double turn = std::atan2(p[1], p[0]) / (2 * kPi);
+  for (const bool secondRow : {false, true}) {
+    for (const bool secondColumn : {false, true}) {
+      consider(ball, footprint, layout, cellNear(layout, sine, turn, secondRow, secondColumn), seed);
+    }
+  }
   return seed;
 }
 

@@ -26,9 +26,15 @@ struct Seed {
   double along = 0;   ///< -1 at the tip, which looks at the axis, 1 at the round end
   double across = 0;  ///< around the axis, -1 to 1
   std::uint32_t hash = 0;
+  double kept = 1;     ///< of seeds that are told apart; the rest are averaged
+  double density = 0;  ///< share of the space around that seeds fill
+
+  /// Share of the footprint within the drops that are `scale` times the seeds' size.
+  double share(double scale, double softness, const Footprint& footprint) const;
 };
 
-/// The seed of the cell around `ball`; not present where there is none near.
+/// The seed that `ball` is in or nearest to; not present where there is none near. Seeds that are smaller
+/// than the footprint are told by their density.
 Seed seedNear(const VaryingPoint& ball, const Footprint& footprint, const SeedLayout& layout);
 
 }  // namespace polestar::detail

@@ -78,7 +78,7 @@ struct VaryingPoint {
   Varying x, y, z;
 
   VaryingPoint() = default;
-  VaryingPoint(Varying px, Varying py, Varying pz) : x(px), y(py), z(pz) {}
+  VaryingPoint(const Varying& px, const Varying& py, const Varying& pz) : x(px), y(py), z(pz) {}
   /// Ball coordinates themselves.
   explicit VaryingPoint(const Vec3& ball)
       : x(ball[0], Vec3::UnitX()), y(ball[1], Vec3::UnitY()), z(ball[2], Vec3::UnitZ()) {}
