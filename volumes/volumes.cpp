@@ -29,8 +29,9 @@ TriMesh fruit() {
 
 SolidGrids sampleTexture() {
   constexpr int kDim = 48;
-  const BallMap map =
-      mapToBall(verifyStarShape(verifyClosedSurface(fruit())), {.boundary = SphereMapKind::balanced});
+  MapOptions mapping;
+  mapping.boundary = SphereMapKind::balanced;
+  const BallMap map = mapToBall(verifyStarShape(verifyClosedSurface(fruit())), mapping);
   TransferOptions options;
   options.grids.voxelSize = voxelSizeFor(fruit(), kDim);
   options.halfColors = true;
