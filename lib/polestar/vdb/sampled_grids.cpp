@@ -12,6 +12,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "polestar/core/error.h"
+#include "polestar/vdb/detail/grid_parts.h"
 #include "polestar/vdb/detail/sampled_file.h"
 #include "polestar/vdb/detail/vdb_archive.h"
 #include "polestar/vdb/detail/vdb_file.h"
@@ -30,22 +31,6 @@ Vec3f asVector(float value) { return Vec3f::Constant(value); }
 Vec3f asVector(const openvdb::Vec3s& value) { return {value.x(), value.y(), value.z()}; }
 bool isFinite(float value) { return std::isfinite(value); }
 bool isFinite(const openvdb::Vec3s& v) { return asVector(v).allFinite(); }
-
-ValueRole roleOf(const openvdb::GridBase& grid) {
-  switch (grid.getVectorType()) {
-    case openvdb::VEC_COVARIANT:
-      return ValueRole::covariant;
-    case openvdb::VEC_COVARIANT_NORMALIZE:
-      return ValueRole::covariantNormalized;
-    case openvdb::VEC_CONTRAVARIANT_RELATIVE:
-      return ValueRole::contravariant;
-    case openvdb::VEC_CONTRAVARIANT_ABSOLUTE:
-      return ValueRole::position;
-    case openvdb::VEC_INVARIANT:
-      break;
-  }
-  return ValueRole::invariant;
-}
 
 /// Value times weight, and weight.
 struct Weighted {
@@ -111,7 +96,7 @@ struct SampledGrid::Data {
   bool vector = false;
 
   explicit Data(const openvdb::GridBase::ConstPtr& from)
-      : grid(from), name(from->getName()), role(roleOf(*from)) {}
+      : grid(from), name(from->getName()), role(detail::roleOf(*from)) {}
   virtual ~Data() = default;
   virtual NotFinite notFinite() const = 0;
   virtual void sample(std::span<const Vec3> world, std::span<const Mat3> footprints, std::span<Vec3f> values,

@@ -262,21 +262,6 @@ Vec3 SolidGrids::indexToWorld(const Vec3& index) const { return impl_->toWorld(i
 
 namespace {
 
-void setVectorType(openvdb::GridBase& grid, ValueRole role) {
-  switch (role) {
-    case ValueRole::invariant:
-      return grid.setVectorType(openvdb::VEC_INVARIANT);
-    case ValueRole::contravariant:
-      return grid.setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
-    case ValueRole::covariant:
-      return grid.setVectorType(openvdb::VEC_COVARIANT);
-    case ValueRole::covariantNormalized:
-      return grid.setVectorType(openvdb::VEC_COVARIANT_NORMALIZE);
-    case ValueRole::position:
-      return grid.setVectorType(openvdb::VEC_CONTRAVARIANT_ABSOLUTE);
-  }
-}
-
 /// A tree that is being filled, leaf by leaf.
 template <class Tree>
 struct Filling {
@@ -307,7 +292,7 @@ struct Filling {
                                 const openvdb::math::Transform::Ptr& transform) const {
     openvdb::tools::pruneInactive(*tree);
     const auto grid = makeGrid<Tree>(attribute.name, tree, transform, openvdb::GRID_UNKNOWN);
-    if (attribute.vector) setVectorType(*grid, attribute.role);
+    if (attribute.vector) detail::setRole(*grid, attribute.role);
     grid->setSaveFloatAsHalf(attribute.half);
     return grid;
   }

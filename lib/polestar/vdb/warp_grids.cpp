@@ -37,8 +37,6 @@ struct Batch {
   std::vector<Mat3> jacobians;         ///< only when some grid wants them
 };
 
-enum class Carrying { plain, contravariant, covariant, covariantNormalized, positions };
-
 /// One grid on its way; the types are behind it.
 class Carrier {
  public:
@@ -63,13 +61,11 @@ class CarrierOf final : public Carrier {
   using Value = typename Grid::ValueType;
 
  public:
-  CarrierOf(typename Grid::ConstPtr grid, Carrying carrying)
-      : grid_(std::move(grid)),
-        carrying_(carrying),
-        everywhere_(grid_->getGridClass() == openvdb::GRID_LEVEL_SET) {}
+  CarrierOf(typename Grid::ConstPtr grid, ValueRole role)
+      : grid_(std::move(grid)), role_(role), everywhere_(grid_->getGridClass() == openvdb::GRID_LEVEL_SET) {}
 
   bool wantsJacobian() const override {
-    return carrying_ != Carrying::plain && carrying_ != Carrying::positions;
+    return role_ != ValueRole::invariant && role_ != ValueRole::position;
   }
   std::size_t bytesPerVoxel() const override { return sizeof(Value); }
   void prepare(std::size_t leaves) override { leaves_.resize(leaves); }
@@ -128,22 +124,22 @@ class CarrierOf final : public Carrier {
 
   void carry(const Batch& batch, const GridWarp& warp, std::span<Value> values,
              std::vector<char>& active) const {
-    if (carrying_ == Carrying::plain) return;
+    if (role_ == ValueRole::invariant) return;
     std::vector<Vec3> vectors(values.size());
     for (std::size_t i = 0; i < values.size(); ++i)
       vectors[i] = {values[i].x(), values[i].y(), values[i].z()};
-    if (carrying_ == Carrying::positions) {
+    if (role_ == ValueRole::position) {
       std::vector<Vec3> after(vectors.size());
       warp.target(vectors, after);
       vectors.swap(after);
     } else {
       for (std::size_t i = 0; i < vectors.size(); ++i) {
         const Mat3& jacobian = batch.jacobians[i];
-        if (carrying_ == Carrying::contravariant) {
+        if (role_ == ValueRole::contravariant) {
           vectors[i] = jacobian * vectors[i];
         } else {
           vectors[i] = jacobian.inverse().transpose() * vectors[i];
-          if (carrying_ == Carrying::covariantNormalized) vectors[i].normalize();
+          if (role_ == ValueRole::covariantNormalized) vectors[i].normalize();
         }
       }
     }
@@ -156,38 +152,22 @@ class CarrierOf final : public Carrier {
   }
 
   typename Grid::ConstPtr grid_;
-  const Carrying carrying_;
+  const ValueRole role_;
   const bool everywhere_;
   std::vector<std::unique_ptr<Leaf>> leaves_;
 };
 
-Carrying carryingOf(const openvdb::GridBase& grid) {
-  switch (grid.getVectorType()) {
-    case openvdb::VEC_COVARIANT:
-      return Carrying::covariant;
-    case openvdb::VEC_COVARIANT_NORMALIZE:
-      return Carrying::covariantNormalized;
-    case openvdb::VEC_CONTRAVARIANT_RELATIVE:
-      return Carrying::contravariant;
-    case openvdb::VEC_CONTRAVARIANT_ABSOLUTE:
-      return Carrying::positions;
-    case openvdb::VEC_INVARIANT:
-      break;
-  }
-  return Carrying::plain;
-}
-
-std::string howVectors(Carrying carrying) {
-  switch (carrying) {
-    case Carrying::contravariant:
+std::string howVectors(ValueRole role) {
+  switch (role) {
+    case ValueRole::contravariant:
       return "as vectors by the Jacobian";
-    case Carrying::covariant:
+    case ValueRole::covariant:
       return "as covectors by its inverse transpose";
-    case Carrying::covariantNormalized:
+    case ValueRole::covariantNormalized:
       return "as covectors by its inverse transpose, normalized";
-    case Carrying::positions:
+    case ValueRole::position:
       return "as positions";
-    case Carrying::plain:
+    case ValueRole::invariant:
       break;
   }
   return "interpolated";
@@ -198,10 +178,10 @@ std::unique_ptr<Carrier> tryType(const openvdb::GridBase::Ptr& base, WarpedGrid&
   const auto grid = openvdb::gridPtrCast<Grid>(base);
   if (!grid) return nullptr;
   using Value = typename Grid::ValueType;
-  Carrying carrying = Carrying::plain;
-  if constexpr (kIsRealVector<Value>) carrying = carryingOf(*grid);
-  report.how = kIsReal<Value> ? howVectors(carrying) : "nearest";
-  return std::make_unique<CarrierOf<Grid>>(grid, carrying);
+  ValueRole role = ValueRole::invariant;
+  if constexpr (kIsRealVector<Value>) role = detail::roleOf(*grid);
+  report.how = kIsReal<Value> ? howVectors(role) : "nearest";
+  return std::make_unique<CarrierOf<Grid>>(grid, role);
 }
 
 std::unique_ptr<Carrier> carrierFor(const openvdb::GridBase::Ptr& grid, WarpedGrid& report) {

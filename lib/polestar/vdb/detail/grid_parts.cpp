@@ -19,4 +19,35 @@ openvdb::math::Transform::Ptr makeUniformTransform(double scale, const Vec3& tra
   return transform;
 }
 
+ValueRole roleOf(const openvdb::GridBase& grid) {
+  switch (grid.getVectorType()) {
+    case openvdb::VEC_COVARIANT:
+      return ValueRole::covariant;
+    case openvdb::VEC_COVARIANT_NORMALIZE:
+      return ValueRole::covariantNormalized;
+    case openvdb::VEC_CONTRAVARIANT_RELATIVE:
+      return ValueRole::contravariant;
+    case openvdb::VEC_CONTRAVARIANT_ABSOLUTE:
+      return ValueRole::position;
+    case openvdb::VEC_INVARIANT:
+      break;
+  }
+  return ValueRole::invariant;
+}
+
+void setRole(openvdb::GridBase& grid, ValueRole role) {
+  switch (role) {
+    case ValueRole::invariant:
+      return grid.setVectorType(openvdb::VEC_INVARIANT);
+    case ValueRole::contravariant:
+      return grid.setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
+    case ValueRole::covariant:
+      return grid.setVectorType(openvdb::VEC_COVARIANT);
+    case ValueRole::covariantNormalized:
+      return grid.setVectorType(openvdb::VEC_COVARIANT_NORMALIZE);
+    case ValueRole::position:
+      return grid.setVectorType(openvdb::VEC_CONTRAVARIANT_ABSOLUTE);
+  }
+}
+
 }  // namespace polestar::detail
