@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <map>
 #include <numbers>
 
 #include "cli/dry_run.h"
@@ -80,12 +81,16 @@ class RenderCommand final : public Command {
 
   void run(Session& session) override {
     prepare(session);
+    if (shot_ && !frames_) throw Error(Errc::usage, "--shot is for --frames, a part of it");
     const std::vector<FrameJob> jobs = planFrames(input_, session.options().output, frames_);
-    for (const FrameJob& job : jobs) {
+    const std::vector<FrameJob> shot = shot_ ? planFrames(input_, session.options().output, shot_) : jobs;
+    requirePartOf(shot, jobs);
+    for (const FrameJob& job : shot) {
       if (session.inputs().empty() || session.inputs().back() != job.input) session.addInput(job.input);
     }
     for (const FrameJob& job : jobs) checkOutput(job.output, session.options().overwrite, session.inputs());
     if (session.options().dryRun) return describe(jobs, session);
+    placeFrames(shot, session);
     draw(jobs, session);
   }
 
@@ -153,6 +158,11 @@ class RenderCommand final : public Command {
     app.add_option("--crop", crop_, "Render these pixels alone; an .exr keeps their place")
         ->type_name("X0,Y0,X1,Y1");
     app.add_option("--frames", frames_, "Frames, both ends included: 1-48, 1-240x2")->type_name("RANGE");
+    app.add_option(
+           "--shot", shot_,
+           "All frames of the shot that --frames are a part of: turntable and camera are those of the whole, "
+           "so that a farm can draw it in pieces")
+        ->type_name("RANGE");
     app.add_option("--turntable", turntable_,
                    "Turn the solid by this over the frames; default 360 for one input, 0 for a sequence")
         ->type_name("DEGREES");
@@ -231,9 +241,24 @@ class RenderCommand final : public Command {
     display_.emplace(ocioDisplay_, ocioView_);
   }
 
-  double turnOf(std::size_t job, std::size_t jobs, bool sequence) const {
-    const double degrees = turntable_.value_or(sequence || jobs == 1 ? 0 : 360);
-    return degrees * kRadians * static_cast<double>(job) / static_cast<double>(jobs);
+  void requirePartOf(const std::vector<FrameJob>& shot, const std::vector<FrameJob>& jobs) const {
+    for (const FrameJob& job : jobs) {
+      const bool part = std::any_of(shot.begin(), shot.end(),
+                                    [&](const FrameJob& other) { return other.frame == job.frame; });
+      if (!part)
+        throw Error(Errc::usage, "frame " + std::to_string(*job.frame) + " is not in the shot " + *shot_);
+    }
+  }
+
+  /// What the frames of a shot share, and how far each of them is turned.
+  void placeFrames(const std::vector<FrameJob>& shot, Session& session) {
+    const bool sequence = shot.back().input != shot.front().input;
+    if (sequence) options_.framed = sequenceBox(shot, session);
+    const double degrees = turntable_.value_or(sequence || shot.size() == 1 ? 0 : 360);
+    for (std::size_t i = 0; i < shot.size(); ++i) {
+      turns_[shot[i].frame] = degrees * kRadians * static_cast<double>(i) / static_cast<double>(shot.size());
+      options_.turns.push_back(turns_[shot[i].frame]);
+    }
   }
 
   void describe(const std::vector<FrameJob>& jobs, Session& session) const {
@@ -261,8 +286,6 @@ class RenderCommand final : public Command {
 
   void draw(const std::vector<FrameJob>& jobs, Session& session) {
     const bool sequence = jobs.back().input != jobs.front().input;
-    if (sequence) options_.framed = sequenceBox(jobs, session);
-    for (std::size_t i = 0; i < jobs.size(); ++i) options_.turns.push_back(turnOf(i, jobs.size(), sequence));
     Totals totals;
     Json outputs = Json::array();
     Stage stage;
@@ -272,8 +295,9 @@ class RenderCommand final : public Command {
         stage = fog_ ? fogStage(jobs[i].input, session) : solidStage(jobs[i].input, session);
       }
       const FrameProgress progress(session.context(), i, jobs.size());
-      const Rendering rendering = stage.solid ? stage.solid->render(options_.turns[i], session.context())
-                                              : stage.fog->render(options_.turns[i], session.context());
+      const double turn = turns_.at(jobs[i].frame);
+      const Rendering rendering = stage.solid ? stage.solid->render(turn, session.context())
+                                              : stage.fog->render(turn, session.context());
       totals.add(rendering);
       session.noteSeconds("render", totals.seconds);
       write(jobs[i].output, rendering.picture, session);
@@ -361,7 +385,8 @@ class RenderCommand final : public Command {
   std::optional<double> linePixels_, explode_, meanFreePath_, fieldOfView_, turntable_;
   std::vector<std::string> cuts_;
   std::string cutMode_, size_, crop_, background_, ocioDisplay_, ocioView_;
-  std::optional<std::string> frames_;
+  std::optional<std::string> frames_, shot_;
+  std::map<std::optional<int>, double> turns_;  ///< radians, by frame
   std::optional<Vec3> view_, up_;
   bool noFloor_ = false, flat_ = false, noAovs_ = false, noOcio_ = false, fog_ = false;
   FogOptions fogLook_;

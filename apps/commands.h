@@ -2,11 +2,13 @@
 // The subcommands, one source file each.
 
 #include <memory>
+#include <vector>
 
 #include "cli/command.h"
 
 namespace polestar::cli {
 
+std::unique_ptr<Command> makeBatchCommand();
 std::unique_ptr<Command> makeCheckCommand();
 std::unique_ptr<Command> makeMapCommand();
 std::unique_ptr<Command> makeEvalCommand();
@@ -15,5 +17,8 @@ std::unique_ptr<Command> makeRenderCommand();
 std::unique_ptr<Command> makeTransferCommand();
 std::unique_ptr<Command> makeWarpCommand();
 std::unique_ptr<Command> makeVerifyCommand();
+
+/// All of them, in the order of the help.
+std::vector<std::unique_ptr<Command>> makeCommands();
 
 }  // namespace polestar::cli

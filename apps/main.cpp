@@ -3,8 +3,9 @@
 
 #include "commands.h"
 
-int main(int argc, char** argv) {
-  using namespace polestar::cli;
+namespace polestar::cli {
+
+std::vector<std::unique_ptr<Command>> makeCommands() {
   std::vector<std::unique_ptr<Command>> commands;
   commands.push_back(makeCheckCommand());
   commands.push_back(makeMapCommand());
@@ -14,5 +15,13 @@ int main(int argc, char** argv) {
   commands.push_back(makeTransferCommand());
   commands.push_back(makeRenderCommand());
   commands.push_back(makeWarpCommand());
-  return runCommandLine(commands, argc, argv);
+  commands.push_back(makeBatchCommand());
+  return commands;
+}
+
+}  // namespace polestar::cli
+
+int main(int argc, char** argv) {
+  const std::vector<std::string> words(argv + 1, argv + argc);
+  return polestar::cli::runCommandLine(polestar::cli::makeCommands(), words);
 }

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <string_view>
 
+#include "cli/command_line.h"
 #include "cli/interrupt.h"
 #include "cli/text.h"
 #include "polestar/core/error.h"
@@ -19,7 +20,7 @@ constexpr std::size_t kHelpColumn = 32, kHelpWidth = 100;
 
 constexpr const char* kExitCodes =
     "Exit codes: 0 done, 2 usage, 3 a file cannot be read or written, 4 not a closed surface of genus 0,\n"
-    "5 not star-shaped, 6 the result fails its certificate, 130 cancelled.\n"
+    "5 not star-shaped, 6 the result fails its certificate, 7 some tasks of a batch failed, 130 cancelled.\n"
     "`polestar COMMAND --help` says more and ends with an example.";
 
 std::string wrapped(const std::string& text, std::size_t width) {
@@ -47,8 +48,14 @@ class HelpFormatter : public CLI::Formatter {
 int runSession(Command& command, Session& session) {
   const InterruptGuard guard(session.context());
   try {
-    withThreads(session.options().threads, [&] { command.run(session); });
+    if (command.description().ownThreads) {
+      command.run(session);
+    } else {
+      withThreads(session.options().threads, [&] { command.run(session); });
+    }
     return session.finish();
+  } catch (const CommandFailure& failure) {
+    return session.fail(failure.failure(), failure.what());
   } catch (const std::exception& exception) {
     // An interrupted read or write may come up as another error.
     if (session.context().cancelled()) {
@@ -69,73 +76,84 @@ int runSession(Command& command, Session& session) {
   }
 }
 
-/// The command line as one would type it again.
-std::string commandLine(int argc, const char* const* argv) {
-  std::string line = "polestar";
-  for (int i = 1; i < argc; ++i) {
-    const std::string_view word = argv[i];
-    const bool plain = !word.empty() && word.find_first_not_of(
-                                            "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
-                                            "0123456789-_./,=:+%@") == std::string_view::npos;
-    line += ' ';
-    if (plain) {
-      line += word;
-      continue;
-    }
-    line += '\'';
-    for (const char c : word) line += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    line += '\'';
-  }
-  return line;
-}
-
 std::string firstLine(const std::string& text) { return text.substr(0, text.find('\n')); }
 
+/// The commands as CLI11 knows them. Values go into the commands themselves.
+class Parser {
+ public:
+  explicit Parser(const std::vector<std::unique_ptr<Command>>& commands) : commands_(commands) {
+    app_.set_version_flag("--version", std::string("polestar ") + kVersion);
+    app_.require_subcommand(1);
+    app_.formatter(std::make_shared<HelpFormatter>());
+    app_.get_formatter()->column_width(kHelpColumn);
+    app_.footer(kExitCodes);
+    for (const auto& command : commands) {
+      const auto description = command->description();
+      CLI::App* parser = app_.add_subcommand(description.name, description.summary);
+      command->addOptions(*parser);
+      addCommonOptions(*parser, common_, description.output);
+      parser->footer("Example:\n  " + description.example);
+      parsers_.push_back(parser);
+    }
+  }
+
+  /// @throws CLI::ParseError, of which --help and --version are two.
+  void parse(std::span<const std::string> words) {
+    app_.parse(std::vector<std::string>(words.rbegin(), words.rend()));  // CLI11 wants the last word first
+  }
+
+  Command& command() const {
+    const auto chosen =
+        std::find_if(parsers_.begin(), parsers_.end(), [](CLI::App* parser) { return parser->parsed(); });
+    return *commands_[static_cast<std::size_t>(chosen - parsers_.begin())];
+  }
+  const CommonOptions& common() const { return common_; }
+  const CLI::App& app() const { return app_; }
+
+ private:
+  const std::vector<std::unique_ptr<Command>>& commands_;
+  CLI::App app_{"polestar: star-shaped solids as coordinates, by Green's functions", "polestar"};
+  CommonOptions common_;
+  std::vector<CLI::App*> parsers_;
+};
+
 /// Usage errors come before there is a session.
-int reportUsage(const CLI::App& app, const CLI::ParseError& error, int argc, const char* const* argv) {
+int reportUsage(const CLI::App& app, const CLI::ParseError& error, std::span<const std::string> words) {
   const auto chosen = app.get_subcommands();
   std::string command = chosen.empty() ? "" : chosen.front()->get_name();
   std::string message = firstLine(error.what());
-  if (command.empty() && argc > 1 && argv[1][0] != '-') {
-    message = "there is no command " + std::string(argv[1]);
-  }
-  const bool json = std::find(argv, argv + argc, std::string_view("--json")) != argv + argc;
+  if (command.empty() && !words.empty() && !words[0].starts_with('-'))
+    message = "there is no command " + words[0];
+  const bool json = std::find(words.begin(), words.end(), "--json") != words.end();
   message += "; see polestar " + (command.empty() ? "" : command + " ") + "--help";
   return reportFailure(command, json, failureFor(Errc::usage), message);
 }
 
 }  // namespace
 
-int runCommandLine(const std::vector<std::unique_ptr<Command>>& commands, int argc, const char* const* argv) {
-  CLI::App app("polestar: star-shaped solids as coordinates, by Green's functions", "polestar");
-  app.set_version_flag("--version", std::string("polestar ") + kVersion);
-  app.require_subcommand(1);
-  app.formatter(std::make_shared<HelpFormatter>());
-  app.get_formatter()->column_width(kHelpColumn);
-  app.footer(kExitCodes);
-
-  CommonOptions common;
-  std::vector<CLI::App*> parsers;
-  for (const auto& command : commands) {
-    const auto description = command->description();
-    CLI::App* parser = app.add_subcommand(description.name, description.summary);
-    command->addOptions(*parser);
-    addCommonOptions(*parser, common, description.output);
-    parser->footer("Example:\n  " + description.example);
-    parsers.push_back(parser);
-  }
-
+int runCommandLine(const std::vector<std::unique_ptr<Command>>& commands,
+                   std::span<const std::string> words) {
+  Parser parser(commands);
   try {
-    app.parse(argc, argv);
+    parser.parse(words);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    return reportUsage(app, error, argc, argv);
+    if (error.get_exit_code() == 0) return parser.app().exit(error);  // --help, --version
+    return reportUsage(parser.app(), error, words);
   }
-  const auto chosen =
-      std::find_if(parsers.begin(), parsers.end(), [](CLI::App* parser) { return parser->parsed(); });
-  Command& command = *commands[static_cast<std::size_t>(chosen - parsers.begin())];
-  Session session(command.description().name, commandLine(argc, argv), common);
+  Command& command = parser.command();
+  Session session(command.description().name, commandLine(words), parser.common());
   return runSession(command, session);
+}
+
+std::optional<std::string> whyNoCommandLine(const std::vector<std::unique_ptr<Command>>& commands,
+                                            std::span<const std::string> words) {
+  Parser parser(commands);
+  try {
+    parser.parse(words);
+    return std::nullopt;
+  } catch (const CLI::ParseError& error) {
+    return firstLine(error.what());
+  }
 }
 
 }  // namespace polestar::cli

@@ -3,6 +3,8 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <optional>
+#include <span>
 
 #include "cli/session.h"
 
@@ -12,9 +14,10 @@ class Command {
  public:
   struct Description {
     std::string name;
-    std::string summary;  ///< one line, for the list of commands
-    std::string output;   ///< what -o means here
-    std::string example;  ///< ends the help
+    std::string summary;      ///< one line, for the list of commands
+    std::string output;       ///< what -o means here
+    std::string example;      ///< ends the help
+    bool ownThreads = false;  ///< it deals out -j itself: nothing may start threads before
   };
 
   virtual ~Command() = default;
@@ -26,6 +29,11 @@ class Command {
 };
 
 /// Parses the command line, runs the command that it names and returns the exit code.
-int runCommandLine(const std::vector<std::unique_ptr<Command>>& commands, int argc, const char* const* argv);
+/// @p words: without the program's name.
+int runCommandLine(const std::vector<std::unique_ptr<Command>>& commands, std::span<const std::string> words);
+
+/// Why `words` are no command line that could be run; nothing when they are. Reads no files.
+std::optional<std::string> whyNoCommandLine(const std::vector<std::unique_ptr<Command>>& commands,
+                                            std::span<const std::string> words);
 
 }  // namespace polestar::cli

@@ -24,6 +24,16 @@ int terminalWidth() {
   return size.ws_col;
 }
 
+/// The first characters of UTF-8 text.
+std::string_view cutToWidth(std::string_view text, int width) {
+  int characters = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool begins = (static_cast<unsigned char>(text[i]) & 0xC0) != 0x80;
+    if (begins && characters++ == std::max(0, width)) return text.substr(0, i);
+  }
+  return text;
+}
+
 std::string percent(double value) { return shortNumber(std::round(value * 10) / 10) + " %"; }
 
 std::string rateAndTimeLeft(double fraction, double seconds) {
@@ -67,21 +77,38 @@ ProgressMeter::Style ProgressMeter::styleForStandardError() {
 void ProgressMeter::update(std::string_view stage, double fraction) {
   if (style_ == Style::none) return;
   const std::lock_guard lock(mutex_);
-  const auto now = Clock::now();
   if (stage != stage_) {
     stage_ = stage;
-    stageStart_ = lastShown_ = now;
+    stageStart_ = lastShown_ = Clock::now();
   }
-  const bool bar = style_ == Style::bar;
-  if (now - lastShown_ < (bar ? Clock::duration(kBarInterval) : Clock::duration(kLineInterval))) return;
-  lastShown_ = now;
-  const double seconds = std::chrono::duration<double>(now - stageStart_).count();
-  if (bar) {
+  if (!dueLocked()) return;
+  const double seconds = std::chrono::duration<double>(Clock::now() - stageStart_).count();
+  if (style_ == Style::bar) {
     stream_ << "\r\033[K" << progressBar(stage, fraction, seconds, terminalWidth()) << std::flush;
     barVisible_ = true;
   } else {
     stream_ << prefix_ << progressLine(stage, fraction, seconds) << std::endl;
   }
+}
+
+void ProgressMeter::status(std::string_view line) {
+  if (style_ == Style::none) return;
+  const std::lock_guard lock(mutex_);
+  if (!dueLocked()) return;
+  if (style_ == Style::bar) {
+    stream_ << "\r\033[K" << cutToWidth(line, terminalWidth() - 1) << std::flush;
+    barVisible_ = true;
+  } else {
+    stream_ << prefix_ << line << std::endl;
+  }
+}
+
+bool ProgressMeter::dueLocked() {
+  const auto now = Clock::now();
+  const auto interval = style_ == Style::bar ? Clock::duration(kBarInterval) : Clock::duration(kLineInterval);
+  if (now - lastShown_ < interval) return false;
+  lastShown_ = now;
+  return true;
 }
 
 void ProgressMeter::message(std::string_view text) {

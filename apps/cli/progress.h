@@ -30,6 +30,8 @@ class ProgressMeter {
   static Style styleForStandardError();
 
   void update(std::string_view stage, double fraction);
+  /// A line in place of the bar, for what is more than one share of one stage; as often as the bar.
+  void status(std::string_view line);
   /// A line of its own, whatever the bar shows.
   void message(std::string_view text);
   /// Takes the bar off the terminal.
@@ -39,6 +41,7 @@ class ProgressMeter {
   using Clock = std::chrono::steady_clock;
 
   void clearLocked();
+  bool dueLocked();
 
   std::ostream& stream_;
   const Style style_;

@@ -27,7 +27,7 @@ class Session {
   Session& operator=(const Session&) = delete;
 
   const CommonOptions& options() const { return options_; }
-  /// The command line as it was typed, quoted where the shell needs it.
+  /// The command line for provenance: commandLine().
   const std::string& arguments() const { return arguments_; }
   Context& context() { return context_; }
 
@@ -47,6 +47,9 @@ class Session {
     const Timer timer{*this, name};
     return std::forward<Work>(work)();
   }
+
+  /// Shows a line of progress that is more than one share of one stage.
+  void showStatus(std::string_view line) { meter_.status(line); }
 
   /// Seconds that were measured elsewhere.
   void noteSeconds(const char* name, double seconds) { timings_[name] = seconds; }

@@ -79,6 +79,11 @@ void writePicture(const std::filesystem::path& path, const Picture& picture, con
 /// @throws as writePicture.
 void writeExr(const std::filesystem::path& path, const Picture& picture, const PictureText& text = {});
 
+/// The text entries of a picture file of any format, "Software" among them, after all of its pixels were
+/// decoded: of a damaged or truncated file there are none.
+/// @throws Error{Errc::io}
+PictureText readPictureText(const std::filesystem::path& path);
+
 /// What writeExr's file takes at most: pixels are not compressed. Of writePicture's, the same for 8 bits a
 /// value.
 std::size_t largestExrBytes(const Picture& picture);

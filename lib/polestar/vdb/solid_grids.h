@@ -169,6 +169,16 @@ struct GridInfo {
   std::vector<std::pair<std::string, std::string>> metadata;
 };
 
+/// What a grid says of itself, without its voxels.
+struct GridHeader {
+  std::string name;
+  std::vector<std::pair<std::string, std::string>> metadata;  ///< values as text
+};
+
+/// Reads no trees, but checks that the file is as long as they need: well below a millisecond.
+/// @throws Error{Errc::io} for a file that is missing, truncated, no .vdb, or without a grid.
+std::vector<GridHeader> readGridHeaders(const std::filesystem::path& path);
+
 /// Reads the whole file, so that what is returned is a file that can be read.
 /// @throws Error{Errc::io} for a file that is missing, truncated or no .vdb.
 std::vector<GridInfo> readGridInfo(const std::filesystem::path& path);
