@@ -376,9 +376,9 @@ class BatchCommand final : public Command {
       const fs::path plan = writePlan();
       auto jobs = submitOnce(open, plan, session);
       if (!wait_) {
-        session.text() = counted(open.size(), "task", "tasks") + " in " +
-                         counted(jobs.size(), "job", "jobs") +
-                         " of Slurm; what came of them: polestar batch " + jobs_.string() + " --status\n";
+        session.text() =
+            counted(open.size(), "task", "tasks") + " in " + counted(jobs.size(), "job", "jobs") +
+            " of Slurm; what came of them: polestar batch " + shellQuoted(jobs_.string()) + " --status\n";
         return;
       }
       // A task that fails is tried again by itself; what is open after that was lost with its node or job.
@@ -392,7 +392,7 @@ class BatchCommand final : public Command {
         jobs = submitOnce(open, plan, session);
       }
     }
-    report(selection, withSkipped(selection, batch::collectResults(plan_, selection)), session);
+    report(selection, withLost(selection, batch::collectResults(plan_, selection)), session);
   }
 
   static void waitForJobs(const std::vector<batch::SlurmJob>& jobs, Session& session) {
@@ -418,20 +418,12 @@ class BatchCommand final : public Command {
                        [&](std::size_t other) { return hopeless(other, results); });
   }
 
-  /// Nothing waits any more: what was not made needs something that failed, or was lost.
-  std::vector<TaskResult> withSkipped(const Tasks& selection, std::vector<TaskResult> results) const {
+  /// All jobs are over: what was not made was lost on the way.
+  static std::vector<TaskResult> withLost(const Tasks& selection, std::vector<TaskResult> results) {
     for (const std::size_t i : selection) {
-      const auto bad = [&](std::size_t other) {
-        return results[other].state == TaskState::failed || results[other].state == TaskState::skipped;
-      };
-      const auto& after = plan_.tasks[i].after;
-      if (results[i].state == TaskState::upToDate) continue;
-      if (std::any_of(after.begin(), after.end(), bad)) {
-        results[i].state = TaskState::skipped;
-      } else if (results[i].state == TaskState::waiting) {
-        results[i].state = TaskState::failed;
-        results[i].error = "its job ended without a result: " + results[i].error;
-      }
+      if (results[i].state != TaskState::waiting) continue;
+      results[i].state = TaskState::failed;
+      results[i].error = "its job ended without a result: " + results[i].error;
     }
     return results;
   }

@@ -73,6 +73,11 @@ std::string oneLine(std::string text) {
   return text;
 }
 
+std::string whySkipped(const Plan& plan, std::size_t need, const TaskResult& result) {
+  return "needs " + plan.tasks[need].label() + ", which " +
+         (result.state == TaskState::failed ? "failed" : "was skipped");
+}
+
 std::string hostName() {
   utsname name{};
   return uname(&name) == 0 ? name.nodename : "";
@@ -138,8 +143,7 @@ class Run {
           if (results_[other].state != TaskState::failed && results_[other].state != TaskState::skipped)
             continue;
           results_[task].state = TaskState::skipped;
-          results_[task].error = "needs " + plan_.tasks[other].label() + ", which " +
-                                 (results_[other].state == TaskState::failed ? "failed" : "was skipped");
+          results_[task].error = whySkipped(plan_, other, results_[other]);
           return changed = true;
         }
         return false;
@@ -389,9 +393,17 @@ std::vector<TaskResult> runLocally(const Plan& plan, const std::vector<std::size
 std::vector<TaskResult> collectResults(const Plan& plan, const std::vector<std::size_t>& selection) {
   std::vector<TaskResult> results(plan.tasks.size());
   for (const std::size_t i : selection) {
+    const auto& after = plan.tasks[i].after;
+    const auto bad = std::find_if(after.begin(), after.end(), [&](std::size_t other) {
+      return results[other].state == TaskState::failed || results[other].state == TaskState::skipped;
+    });
     const std::optional<std::string> why = whyStale(plan, plan.tasks[i]);
     if (!why) {
       results[i].state = TaskState::upToDate;
+    } else if (bad != after.end()) {
+      // Where it ran nevertheless, its record says no more than that something was not there.
+      results[i].state = TaskState::skipped;
+      results[i].error = whySkipped(plan, *bad, results[*bad]);
     } else if (const auto failure = failureOnRecord(plan, plan.tasks[i])) {
       results[i] = *failure;
     } else {

@@ -8,6 +8,7 @@
 
 #include "polestar/core/error.h"
 #include "polestar/io/detail/image_file.h"
+#include "polestar/io/detail/text_raster.h"
 #include "polestar/io/picture.h"
 
 namespace polestar {
@@ -15,10 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using OIIO::ImageBuf;
-using Align = OIIO::ImageBufAlgo::TextAlignX;
 
 constexpr int kGap = 6, kLabelHeight = 28, kFontSize = 16;  // pixels
-constexpr const char* kFont = "DejaVuSans";
 constexpr float kPaper[] = {0.95F, 0.95F, 0.95F}, kEmpty[] = {0.82F, 0.82F, 0.82F},
                 kInk[] = {0.1F, 0.1F, 0.1F};
 constexpr double kEmptyAspect = 0.75;  // of cells on a sheet without a single picture
@@ -43,7 +42,7 @@ class Sheet {
  public:
   explicit Sheet(const ContactSheet& sheet) : sheet_(sheet) {
     labelWidth_ = 0;
-    for (const std::string& row : sheet.rows) labelWidth_ = std::max(labelWidth_, textWidth(row));
+    for (const std::string& row : sheet.rows) labelWidth_ = std::max(labelWidth_, raster_.width(row));
     // A name longer than a cell is cut.
     labelWidth_ = labelWidth_ == 0 ? 0 : std::min(labelWidth_ + 2 * kGap, sheet.cellWidth);
     const bool named = std::any_of(sheet.columns.begin(), sheet.columns.end(),
@@ -59,16 +58,15 @@ class Sheet {
     page_ = ImageBuf(OIIO::ImageSpec(width, height, 3, OIIO::TypeDesc::FLOAT));
     OIIO::ImageBufAlgo::fill(page_, kPaper);
     for (std::size_t column = 0; column < sheet_.columns.size(); ++column) {
-      write(sheet_.columns[column], left(column) + sheet_.cellWidth / 2, headHeight_ / 2 + kFontSize / 2,
-            sheet_.cellWidth, Align::Center);
+      write(sheet_.columns[column], left(column) + sheet_.cellWidth / 2, headHeight_ / 2, sheet_.cellWidth,
+            true);
     }
     for (std::size_t row = 0; row < sheet_.rows.size(); ++row) {
-      write(sheet_.rows[row], kGap, top(row) + cellHeight_ / 2 + kFontSize / 2, labelWidth_ - kGap,
-            Align::Left);
+      write(sheet_.rows[row], kGap, top(row) + cellHeight_ / 2, labelWidth_ - kGap, false);
       for (std::size_t column = 0; column < sheet_.columns.size(); ++column)
         drawCell(sheet_.cells[row * sheet_.columns.size() + column], left(column), top(row));
     }
-    return hasFont_;
+    return raster_.hasFont();
   }
 
   const ImageBuf& page() const { return page_; }
@@ -91,23 +89,24 @@ class Sheet {
   }
   int top(std::size_t row) const { return headHeight_ + kGap + static_cast<int>(row) * (cellHeight_ + kGap); }
 
-  static int textWidth(const std::string& text) {
-    return text.empty() ? 0 : OIIO::ImageBufAlgo::text_size(text, kFontSize, kFont).width();
+  /// Centered about the row `y`; about the column `x`, or from there on.
+  void write(const std::string& whole, int x, int y, int room, bool centered) {
+    const detail::TextImage text = raster_.draw(raster_.cut(whole, room));
+    const int left = centered ? x - text.width / 2 : x, top = y - text.height / 2;
+    for (int row = 0; row < text.height; ++row) {
+      for (int column = 0; column < text.width; ++column) {
+        const float ink =
+            static_cast<float>(text.coverage[static_cast<std::size_t>(row * text.width + column)]) / 255;
+        if (ink > 0) blend(left + column, top + row, kInk, ink);
+      }
+    }
   }
 
-  void write(std::string text, int x, int y, int room, Align align) {
-    if (text.empty()) return;
-    bool cut = false;
-    while (text.size() > 1 && textWidth(cut ? text + "…" : text) > room) {
-      // A letter may have several bytes.
-      do {
-        text.pop_back();
-      } while (text.size() > 1 && (static_cast<unsigned char>(text.back()) & 0xC0) == 0x80);
-      if (static_cast<unsigned char>(text.back()) >= 0xC0) text.pop_back();
-      cut = true;
-    }
-    if (cut) text += "…";
-    hasFont_ = OIIO::ImageBufAlgo::render_text(page_, x, y, text, kFontSize, kFont, kInk, align) && hasFont_;
+  void blend(int x, int y, const float* color, float share) {
+    float pixel[3];
+    page_.getpixel(x, y, 0, pixel, 3);
+    for (int c = 0; c < 3; ++c) pixel[c] = share * color[c] + (1 - share) * pixel[c];
+    page_.setpixel(x, y, 0, pixel, 3);
   }
 
   void drawCell(const SheetCell& cell, int x, int y) {
@@ -115,8 +114,7 @@ class Sheet {
     OIIO::ImageBufAlgo::fill(page_, kEmpty, box);
     if (!cell.picture.empty()) paste(cell.picture, x, y);
     if (!cell.note.empty())
-      write(cell.note, x + sheet_.cellWidth / 2, y + cellHeight_ / 2, sheet_.cellWidth - 2 * kGap,
-            Align::Center);
+      write(cell.note, x + sheet_.cellWidth / 2, y + cellHeight_ / 2, sheet_.cellWidth - 2 * kGap, true);
   }
 
   void paste(const fs::path& path, int x, int y) {
@@ -137,7 +135,7 @@ class Sheet {
   const ContactSheet& sheet_;
   ImageBuf page_;
   int labelWidth_ = 0, headHeight_ = 0, cellHeight_ = 0;
-  bool hasFont_ = true;
+  const detail::TextRaster raster_{kFontSize};
 };
 
 const char* formatOf(const fs::path& path) {
