@@ -195,8 +195,8 @@ def _marble(tree: Tree, place: Socket) -> Socket:
     along = _vector_math(tree, "DOT_PRODUCT", place, (7.0, 3.0, 5.0)).outputs["Value"]
     phase = _math(tree, "MULTIPLY_ADD", _noise(tree, place, 2.2, 6.0), 14.0, along)
     vein = _math(tree, "ABSOLUTE", _math(tree, "SINE", phase))
-    return _ramp(tree, vein, ((0.0, (0.05, 0.06, 0.09)), (0.12, (0.3, 0.3, 0.33)), (0.45, (0.82, 0.8, 0.76)),
-                              (1.0, (0.94, 0.93, 0.9))))
+    return _ramp(tree, vein, ((0.0, (0.05, 0.06, 0.09)), (0.12, (0.3, 0.3, 0.33)), (0.45, (0.7, 0.68, 0.64)),
+                              (1.0, (0.8, 0.78, 0.74))))
 
 
 def _wood(tree: Tree, place: Socket) -> Socket:
