@@ -125,7 +125,7 @@ def arguments(words: List[str]) -> argparse.Namespace:
                         help="the .png, .jpg or .exr to write; with --frames name.####.png")
     parser.add_argument("--frames", type=parsed_frames, metavar="RANGE", help="1-48, 1-240x2")
     parser.add_argument("--look", choices=[AUTO] + [name for name, *_ in looks.LOOKS], default=AUTO,
-                        help="colors are the file's own, all others are driven by rest")
+                        help="colors are the file's own, plain is one color, all others are driven by rest")
     parser.add_argument("--cut", type=parsed_cut, metavar="PLANE",
                         help="take away what lies beyond: x, -y, z,0.2 or nx,ny,nz[,offset]")
     parser.add_argument("--density", type=positive, metavar="D", help="1/length; default 2 a voxel")

@@ -8,7 +8,7 @@ from typing import Callable, Dict, Optional, Tuple
 
 import bpy
 
-from .solid import COLORS, REST, SURFACE, Solid
+from .solid import COLORS, PLAIN, REST, SURFACE, Solid
 
 # Names of nodes.
 DENSITY_NODE = "polestar density"
@@ -17,6 +17,7 @@ LIMIT_NODE = "polestar cut limit"
 LOOK_PROPERTY = "polestar_look"  # of the material
 
 EVERYWHERE = 1e9  # height below which all is kept
+PLAIN_COLOR = (0.6, 0.55, 0.5)
 
 # Identifier, name and description, as Blender's enumerations want them.
 LOOKS = (
@@ -25,6 +26,7 @@ LOOKS = (
     ("marble", "Marble", "Veins in the coordinates rest"),
     ("wood", "Wood", "Rings around the z axis of rest"),
     ("coordinates", "Coordinates", "rest itself, from -1 to 1, as red, green and blue"),
+    (PLAIN, "Plain", "One color, for files with neither colors nor rest"),
 )
 
 Color = Tuple[float, float, float]
@@ -134,6 +136,10 @@ def _density(tree: Tree, mask_grid: str, density: float) -> Socket:
 def _color(tree: Tree, solid: Solid, look: str) -> Socket:
     if look == COLORS:
         return _attribute(tree, solid.color_grid).outputs["Color"]
+    if look == PLAIN:
+        color = tree.nodes.new("ShaderNodeRGB")
+        color.outputs[0].default_value = (*PLAIN_COLOR, 1.0)
+        return color.outputs[0]
     group = tree.nodes.new("ShaderNodeGroup")
     group.node_tree = _texture(look)
     tree.links.new(_attribute(tree, REST).outputs["Vector"], group.inputs[0])

@@ -10,8 +10,7 @@ COLOR_GRIDS = ("Cd", "color")
 DENSITY, SURFACE, REST = "density", "surface", "rest"
 FRUSTUM = "NonlinearFrustumMap"
 
-COLORS = "colors"
-AUTO = "auto"
+COLORS, PLAIN, AUTO = "colors", "plain", "auto"
 
 
 @dataclass(frozen=True)
@@ -31,20 +30,22 @@ class Solid:
     def look(self, wanted: str) -> str:
         """The look itself, or for `auto` the one that suits the grids. Raises SolidError when they do not have it."""
         if wanted == AUTO:
-            wanted = COLORS if self.color_grid else "shells"
+            wanted = COLORS if self.color_grid else "shells" if REST in self.grids else PLAIN
         if wanted == COLORS and self.color_grid is None:
             raise SolidError(f"{self.path} has no colors: neither Cd nor color among {self._names()}. "
                              "Fill it with polestar transfer, or take a look that is driven by rest")
-        if wanted != COLORS and REST not in self.grids:
+        if wanted not in (COLORS, PLAIN) and REST not in self.grids:
             raise SolidError(f"{self.path} has no rest among {self._names()}: take what polestar map wrote, "
-                             "or the look colors")
+                             f"or the look {COLORS} or {PLAIN}")
         return wanted
 
     def warnings(self) -> List[str]:
-        rest = self.grids.get(REST)
-        if rest is not None and rest.half:
-            return [f"rest of {self.path} is stored in half floats: its steps of 5e-4 show as bands"]
-        return []
+        found = []
+        if REST in self.grids and self.grids[REST].half:
+            found.append(f"rest of {self.path} is stored in half floats: its steps of 5e-4 show as bands")
+        if self.mask_grid == SURFACE and REST not in self.grids and self.color_grid is None:
+            found.append(f"{self.path} has its voxels near the surface alone: Cycles draws it hollow when it is cut")
+        return found
 
     def _names(self) -> str:
         return ", ".join(self.grids)

@@ -15,7 +15,7 @@ from .solid import AUTO, inspect
 
 DONE, CANCELLED = {"FINISHED"}, {"CANCELLED"}
 
-_AUTO_LOOK = (AUTO, "What the file has", "Its own colors where there are any, else shells")
+_AUTO_LOOK = (AUTO, "What the file has", "Its own colors where there are any, else shells by its rest")
 _UP_AXES = (("z", "z up", "The file's z axis points up"), ("y", "y up", "The file's y axis points up"))
 
 
