@@ -100,4 +100,9 @@ std::vector<std::string> addonReports(const fs::path& folder, const std::vector<
   return nlohmann::json::parse(bytesOf(out)).get<std::vector<std::string>>();
 }
 
+BlenderOutcome runPanel(const fs::path& folder, const fs::path& full, const fs::path& bare) {
+  return runScript("blender_panel.py", folder,
+                   {{"addon", packAddon(folder).string()}, {"full", full.string()}, {"bare", bare.string()}});
+}
+
 }  // namespace polestar::test

@@ -56,6 +56,10 @@ struct BlenderOutcome {
 bool haveBlender();
 BlenderOutcome runBlender(const BlenderJob& job);
 
+/// Uses the operators of the add-on's panel, on a file with colors and rest and on one with neither.
+BlenderOutcome runPanel(const std::filesystem::path& folder, const std::filesystem::path& full,
+                        const std::filesystem::path& bare);
+
 /// Packs our add-on as its users do, into a folder.
 std::filesystem::path packAddon(const std::filesystem::path& folder);
 

@@ -90,6 +90,16 @@ TEST(BlenderAddon, ShowsAFrameOfASequenceInItsColors) {
   expectHalf(readExr(job.folder / half.out), shown, ours, normal, whole.view);
 }
 
+TEST(BlenderAddon, ChangesLookAndPlaceInItsPanel) {
+  POLESTAR_REQUIRE_BLENDER();
+  const ScratchFolder folder;
+  constexpr auto kVector = SampleGrid::Kind::vector;
+  writeSample(folder / "full.vdb", {{"density"}, {"Cd", kVector}, {"rest", kVector}});
+  writeSample(folder / "bare.vdb", {{"surface"}});
+  const BlenderOutcome outcome = runPanel(folder.path(), folder / "full.vdb", folder / "bare.vdb");
+  EXPECT_EQ(outcome.exitCode, 0) << outcome.log;
+}
+
 TEST(BlenderAddon, SaysWhyItCannotImport) {
   POLESTAR_REQUIRE_BLENDER();
   const ScratchFolder folder;

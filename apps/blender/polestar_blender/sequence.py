@@ -37,7 +37,8 @@ class Sequence:
         gaps = self.gaps()
         if gaps:
             raise SolidError(f"{len(gaps)} of {self.last - self.first + 1} frames are missing between "
-                             f"{self.path(self.first)} and {self.path(self.last)}: {in_ranges(gaps)}")
+                             f"{self.path(self.first)} and {self.path(self.last)}: {in_ranges(gaps)}. "
+                             "A file that is no frame is imported alone without Sequence")
 
 
 def in_ranges(numbers: List[int]) -> str:
