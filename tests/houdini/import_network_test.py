@@ -16,8 +16,8 @@ import polestar_import  # noqa: E402
 NODE_TYPES = {
     "geo": set(), "null": set(), "merge": set(), "file": {"file", "missingframe"}, "object_merge": {"objpath1"},
     "attribwrangle": {"class", "snippet"}, "volumewrangle": {"snippet"}}
-VEX_FUNCTIONS = {"abs", "atan2", "distance", "dot", "length", "lerp", "nearpoint", "onoise", "point", "removeprim", "sin",
-                 "smooth", "volumesamplev"}
+VEX_FUNCTIONS = {"abs", "atan2", "distance", "dot", "length", "lerp", "nearpoint", "onoise", "point", "removeprim",
+                 "sin", "smooth", "volumesamplev"}
 
 
 class Parm:

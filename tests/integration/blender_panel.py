@@ -2,14 +2,15 @@
 
     blender -b --factory-startup --python-exit-code 3 --python blender_panel.py -- JOB.json
 
-JOB.json holds `addon` (the packed add-on), `full` (a .vdb with colors and rest) and `bare` (one with neither). Exits with
-3 at the first thing that is not as it should be.
+JOB.json holds `addon` (the packed add-on), `full` (a .vdb with colors and rest) and `bare` (one with neither). Exits
+with 3 at the first thing that is not as it should be.
 """
 
 import json
 import math
 import os
 import sys
+import types
 
 import bpy
 
@@ -35,11 +36,55 @@ def error_of(operator, **arguments):
     return ""
 
 
+class Layout:
+    """Stands in for the panel's layout, of which there is none without a window."""
+
+    def __init__(self):
+        self.shown = []
+
+    def column(self):
+        return self
+
+    row = column
+
+    def separator(self):
+        pass
+
+    def label(self, text):
+        self.shown.append(text)
+
+    def prop(self, owner, name, text):
+        require(hasattr(owner, name), "%s has no %s" % (owner, name))
+        self.shown.append(text)
+
+    def operator(self, name):
+        category, operator = name.split(".")
+        getattr(getattr(bpy.ops, category), operator).get_rna_type()  # raises for an unknown one
+        self.shown.append(name)
+
+    def operator_menu_enum(self, name, prop, text):
+        self.operator(name)
+        self.shown.append(text)
+
+    def operator_enum(self, name, prop):
+        self.operator(name)
+
+
+def panel():
+    """What the sidebar shows."""
+    layout = Layout()
+    bpy.types.VIEW3D_PT_polestar.draw(types.SimpleNamespace(layout=layout), bpy.context)
+    return layout.shown
+
+
 def check_looks(path):
+    require("import_scene.polestar" in panel(), "the panel does not offer to import")
     bpy.ops.import_scene.polestar(filepath=path)
     require(bpy.context.object.active_material["polestar_look"] == "colors", "not the file's own colors")
     nodes()["polestar density"].outputs[0].default_value = 7
+    require({"Look: Own colors", "Density", "polestar.add_cut"} <= set(panel()), "the panel lacks something")
     bpy.ops.polestar.add_cut(normal=(0, 0, 1))
+    require({"Cut at", "polestar.remove_cut"} <= set(panel()), "the panel does not show the cut plane")
     plane, = bpy.context.object.children
     for look in ("shells", "marble", "wood", "coordinates", "plain", "colors"):
         bpy.ops.polestar.set_look(look=look)
@@ -79,7 +124,6 @@ def main():
     check_looks(job["full"])
     check_placing()
     check_errors(job["bare"])
-    require(hasattr(bpy.types, "VIEW3D_PT_polestar"), "there is no panel")
     bpy.ops.preferences.addon_disable(module="polestar_blender")
     require(bpy.context.object.active_material.node_tree.nodes.get("polestar density"), "the material is gone")
     require(not hasattr(bpy.types, "VIEW3D_PT_polestar"), "the panel is still there")

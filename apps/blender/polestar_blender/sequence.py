@@ -83,11 +83,11 @@ def find_sequence(path: str) -> Sequence:
     return Sequence(folder, stem, digits, suffix, sorted(numbers))
 
 
-_PLACE = re.compile(r"#+|%0(\d+)d|\$F(\d+)")
+_PLACE = re.compile(r"(?P<signs>#+)|%(0(?P<c>\d+))?d|\$F(?P<houdini>\d*)")
 
 
 def has_place(path: str) -> bool:
-    """Is there a place for a frame's number in the file's name: ####, %04d or $F4?"""
+    """Is there a place for a frame's number in the file's name: ####, %04d, %d, $F4 or $F?"""
     return _PLACE.search(os.path.basename(path)) is not None
 
 
@@ -96,7 +96,7 @@ def at_frame(path: str, number: int) -> str:
     folder, name = os.path.split(path)
 
     def filled(place: "re.Match[str]") -> str:
-        digits = int(place[1] or place[2] or len(place[0]))
+        digits = len(place["signs"] or "") or int(place["c"] or place["houdini"] or 1)
         return f"{number:0{digits}d}"
 
     return os.path.join(folder, _PLACE.sub(filled, name))

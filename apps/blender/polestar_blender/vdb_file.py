@@ -71,7 +71,8 @@ class _Reader:
             raise SolidError(f"{self._path} is not a .vdb")
         version = self._numbers("<I")[0]
         if version < FIRST_FORMAT:
-            raise SolidError(f"{self._path} is a .vdb of the old format {version}: write it anew with OpenVDB 3 or later")
+            raise SolidError(f"{self._path} is a .vdb of the old format {version}: "
+                             "write it anew with OpenVDB 3 or later")
         has_offsets = self._numbers("<II?")[2]
         self._bytes(UUID_LENGTH)
         self._metadata()
