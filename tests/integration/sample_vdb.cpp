@@ -10,7 +10,8 @@ openvdb::GridBase::Ptr sample(const SampleGrid& wanted, const typename Grid::Val
   const typename Grid::Ptr grid = Grid::create();
   grid->setName(wanted.name);
   grid->setTransform(openvdb::math::Transform::createLinearTransform(0.1));
-  if (!wanted.empty) grid->fill(openvdb::CoordBBox(openvdb::Coord(0), openvdb::Coord(7)), value);
+  // Across several leaves: Cycles does not see a grid that is a tile and nothing else.
+  if (!wanted.empty) grid->fill(openvdb::CoordBBox(openvdb::Coord(1), openvdb::Coord(8)), value);
   return grid;
 }
 
