@@ -37,7 +37,7 @@ MARGIN = 1.05  # about the solid's box in the picture
 PADDING = 3  # voxels between the solid and its box
 VOLUME_BOUNCES = 4  # light that goes on inside: without it dense colors are dull
 # In sizes of the solid, so that pictures do not depend on its units.
-KEY_DISTANCE, KEY_SIZE = 6.0, 2.5
+KEY_DISTANCE, KEY_SIZE, FLOOR_SIZE = 6.0, 2.5, 40.0
 # A dense volume sends back a few times less light than a surface of its color: the floor is dark, the light strong.
 KEY_IRRADIANCE, DOME = 9.0, 1.6
 FLOOR_COLOR = (0.11, 0.105, 0.1)
@@ -224,40 +224,51 @@ def add(scene: bpy.types.Scene, name: str, data: bpy.types.ID) -> bpy.types.Obje
 
 
 def add_stage(scene: bpy.types.Scene, solid: bpy.types.Object, view: Vector) -> None:
-    """Camera, key light, dome and floor."""
+    """Camera, key light, dome and floor, about the solid as it is now."""
     corners = left_corners(solid)
-    center, size = sum(corners, Vector()) / 8, box_of(solid)[1] 
+    center, size = sum(corners, Vector()) / 8, box_of(solid)[1]
     right = view.cross(Vector((0, 0, 1)))
     right = right.normalized() if right.length > 1e-6 else Vector((1, 0, 0))
     up = right.cross(view)
 
+    camera, distance = add_camera(scene, corners, right, up, view)
+    camera.matrix_world = facing(center - distance * view, right, up, view)
+    scene.eevee.volumetric_start, scene.eevee.volumetric_end = max(distance - size, distance / 100), distance + size
+    add_key(scene, center, size, (0.8 * up - 0.75 * right - 0.65 * view).normalized())
+    scene.world = bpy.data.worlds.new("dome")
+    scene.world.color = (DOME,) * 3
+    add_floor(scene, min(corner.z for corner in corners) + PADDING * voxel_size(solid), FLOOR_SIZE * size)
+
+
+def add_camera(scene: bpy.types.Scene, corners: List[Vector], right: Vector, up: Vector,
+               view: Vector) -> Tuple[bpy.types.Object, float]:
+    """With how far from the corners' middle it shows them all."""
     camera = add(scene, "camera", bpy.data.cameras.new("camera"))
     camera.data.sensor_fit = "VERTICAL"
     camera.data.angle_y = FIELD_OF_VIEW
     tangent = math.tan(FIELD_OF_VIEW / 2)
     slopes = ((right, tangent * scene.render.resolution_x / scene.render.resolution_y), (up, tangent))
-    # So far away that every corner of the box is in the picture.
+    center = sum(corners, Vector()) / len(corners)
     distance = max(MARGIN * abs(axis.dot(corner - center)) / slope - view.dot(corner - center)
                    for corner in corners for axis, slope in slopes)
     camera.data.clip_start, camera.data.clip_end = distance / 100, 100 * distance
-    scene.eevee.volumetric_start, scene.eevee.volumetric_end = max(distance - size, distance / 100), distance + size
-    camera.matrix_world = facing(center - distance * view, right, up, view)
     scene.camera = camera
+    return camera, distance
 
-    towards_key = (0.8 * up - 0.75 * right - 0.65 * view).normalized()
+
+def add_key(scene: bpy.types.Scene, center: Vector, size: float, towards: Vector) -> None:
     lamp = bpy.data.lights.new("key", "AREA")
     lamp.shape, lamp.size = "DISK", KEY_SIZE * size
     lamp.energy = KEY_IRRADIANCE * math.pi * (KEY_DISTANCE * size)**2
     key = add(scene, "key", lamp)
-    key.matrix_world = (Matrix.Translation(center + KEY_DISTANCE * size * towards_key) @
-                        towards_key.to_track_quat("Z", "Y").to_matrix().to_4x4())
+    key.matrix_world = (Matrix.Translation(center + KEY_DISTANCE * size * towards) @
+                        towards.to_track_quat("Z", "Y").to_matrix().to_4x4())
 
-    scene.world = bpy.data.worlds.new("dome")
-    scene.world.color = (DOME,) * 3
-    wide = 40 * size
+
+def add_floor(scene: bpy.types.Scene, height: float, wide: float) -> None:
     mesh = bpy.data.meshes.new("floor")
-    floor = min(corner.z for corner in corners) + PADDING * voxel_size(solid)
-    mesh.from_pydata([(x * wide, y * wide, floor) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))], [], [(0, 1, 2, 3)])
+    mesh.from_pydata([(x * wide, y * wide, height) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))], [],
+                     [(0, 1, 2, 3)])
     mesh.materials.append(floor_material())
     add(scene, "floor", mesh)
 
