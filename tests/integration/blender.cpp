@@ -4,7 +4,6 @@
 
 #include <cstdlib>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "cli/run_tool.h"
 #include "support/scratch_folder.h"

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -64,7 +65,7 @@ BlenderOutcome runPanel(const std::filesystem::path& folder, const std::filesyst
 std::filesystem::path packAddon(const std::filesystem::path& folder);
 
 /// A use of the add-on's import operator: its arguments.
-using AddonImport = std::map<std::string, std::string>;
+using AddonImport = nlohmann::json;
 /// What the operator reports as an error, one text an import; empty where it imported.
 std::vector<std::string> addonReports(const std::filesystem::path& folder,
                                       const std::vector<AddonImport>& imports);

@@ -12,9 +12,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::AllOf;
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Matcher;
 
 constexpr int kFrames = 3, kShown = 2;
 constexpr int kRim = 2;  // pixels beside the cut plane that are neither side's
@@ -126,28 +126,29 @@ TEST(BlenderAddon, SaysWhyItCannotImport) {
   writeBytes(folder / "text.vdb", "no volume, just text");
   const auto path = [&](const std::string& name) { return (folder / name).string(); };
 
-  const std::vector<std::string> reports =
-      addonReports(folder.path(), {{{"filepath", file}},
-                                   {{"filepath", noColors}},
-                                   {{"filepath", path("none.vdb")}},
-                                   {{"filepath", path("text.vdb")}},
-                                   {{"filepath", path("cut.vdb")}},
-                                   {{"filepath", path("start.vdb")}},
-                                   {{"filepath", file}, {"look", "marble"}},
-                                   {{"filepath", noColors}, {"look", "colors"}},
-                                   {{"filepath", nothing}},
-                                   {{"filepath", empty}},
-                                   {{"filepath", wrong}},
-                                   {{"filepath", gap}},
-                                   {{"filepath", late}}});
-  EXPECT_THAT(reports,
-              ElementsAre(IsEmpty(), IsEmpty(), AllOf(HasSubstr("none.vdb"), HasSubstr("No such file")),
-                          HasSubstr("text.vdb is not a .vdb"), HasSubstr("cut.vdb is truncated"),
-                          HasSubstr("start.vdb is truncated"), HasSubstr("has no rest among density, Cd"),
-                          HasSubstr("has no colors"), HasSubstr("neither density nor surface among rest"),
-                          HasSubstr("the grid density of"), HasSubstr("the grid Cd of"),
-                          AllOf(HasSubstr("2 of 5 frames are missing"), HasSubstr(": 3-4")),
-                          AllOf(HasSubstr("the grid Cd of"), HasSubstr("late_0002.vdb is empty"))));
+  const std::vector<std::pair<AddonImport, Matcher<std::string>>> cases{
+      {{{"filepath", file}}, IsEmpty()},
+      {{{"filepath", file}, {"allow_gaps", true}}, IsEmpty()},
+      {{{"filepath", noColors}}, IsEmpty()},
+      {{{"filepath", gap}, {"sequence", false}}, IsEmpty()},
+      {{{"filepath", gap}, {"allow_gaps", true}}, IsEmpty()},
+      {{{"filepath", gap}}, AllOf(HasSubstr("2 of 5 frames are missing"), HasSubstr(": 3-4"))},
+      {{{"filepath", late}}, AllOf(HasSubstr("the grid Cd of"), HasSubstr("late_0002.vdb is empty"))},
+      {{{"filepath", path("none.vdb")}}, AllOf(HasSubstr("none.vdb"), HasSubstr("No such file"))},
+      {{{"filepath", path("text.vdb")}}, HasSubstr("text.vdb is not a .vdb")},
+      {{{"filepath", path("cut.vdb")}}, HasSubstr("cut.vdb is truncated")},
+      {{{"filepath", path("start.vdb")}}, HasSubstr("start.vdb is truncated")},
+      {{{"filepath", file}, {"look", "marble"}}, HasSubstr("has no rest among density, Cd")},
+      {{{"filepath", noColors}, {"look", "colors"}}, HasSubstr("has no colors")},
+      {{{"filepath", nothing}}, HasSubstr("neither density nor surface among rest")},
+      {{{"filepath", empty}}, HasSubstr("the grid density of")},
+      {{{"filepath", wrong}}, HasSubstr("the grid Cd of")},
+  };
+  std::vector<AddonImport> imports;
+  for (const auto& [import, report] : cases) imports.push_back(import);
+  const std::vector<std::string> reports = addonReports(folder.path(), imports);
+  ASSERT_EQ(reports.size(), cases.size());
+  for (std::size_t i = 0; i < cases.size(); ++i) EXPECT_THAT(reports[i], cases[i].second) << imports[i];
 }
 
 }  // namespace

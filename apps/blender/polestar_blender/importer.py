@@ -21,7 +21,8 @@ class ImportOptions:
     look: str = AUTO  # or one of looks.LOOKS
     y_up: bool = False  # the file's y points up; Blender's z does
     sequence: bool = True  # a numbered file stands for all of its sequence
-    frames: Optional[Tuple[int, ...]] = None  # of a sequence, that have to be there; default: all from first to last
+    frames: Optional[Tuple[int, ...]] = None  # of a sequence, that have to be there; default: all from first to last,
+    allow_gaps: bool = False  # or else those that are
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class Imported:
 def import_solid(context: bpy.types.Context, path: str, options: ImportOptions = ImportOptions()) -> Imported:
     """Raises SolidError, and leaves the scene as it was, when a file is not as it should be."""
     sequence = _sequence_of(path) if options.sequence else None
-    files = _files(path, sequence, options.frames)
+    files = _files(path, sequence, options)
     solids = [inspect(file) for file in files]
     look = solids[0].look(options.look)
     for solid in solids[1:]:
@@ -67,13 +68,12 @@ def _sequence_of(path: str) -> Optional[Sequence]:
     return sequence if len(sequence.numbers) > 1 or not os.path.exists(path) else None
 
 
-def _files(path: str, sequence: Optional[Sequence], frames: Optional[Tuple[int, ...]]) -> List[str]:
+def _files(path: str, sequence: Optional[Sequence], options: ImportOptions) -> List[str]:
     if sequence is None:
         return [path]
-    if frames is None:
+    if options.frames is None and not options.allow_gaps:
         sequence.require_no_gaps()
-        frames = tuple(sequence.numbers)
-    return [sequence.path(frame) for frame in frames]
+    return [sequence.path(frame) for frame in options.frames or sequence.numbers]
 
 
 def _require_alike(first: Solid, other: Solid) -> None:

@@ -10,7 +10,6 @@ from . import looks
 from .cut_plane import remove_cut, set_cut
 from .errors import SolidError
 from .importer import ImportOptions, import_solid, set_y_up
-from .sequence import find_sequence
 from .solid import AUTO, inspect
 
 DONE, CANCELLED = {"FINISHED"}, {"CANCELLED"}
@@ -39,8 +38,8 @@ class ImportSolid(bpy.types.Operator, ImportHelper):
     def execute(self, context: bpy.types.Context) -> Set[str]:
         path = bpy.path.abspath(self.filepath)
         try:
-            frames = tuple(find_sequence(path).numbers) if self.sequence and self.allow_gaps else None
-            imported = import_solid(context, path, ImportOptions(self.look, self.up == "y", self.sequence, frames))
+            imported = import_solid(context, path, ImportOptions(
+                self.look, self.up == "y", self.sequence, allow_gaps=self.allow_gaps))
         except SolidError as error:
             self.report({"ERROR"}, str(error))
             return CANCELLED
