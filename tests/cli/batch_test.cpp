@@ -1,12 +1,13 @@
-// polestar batch as a user runs it; what its parts do is in tests/batch, what it survives in tests/integration.
+// polestar batch as a user runs it; what its parts do is in tests/batch, what it survives in
+// tests/integration.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <regex>
 
+#include "polestar/mesh/shapes.h"
 #include "run_tool.h"
-#include "support/solids.h"
 
 namespace polestar::testing {
 namespace {
@@ -16,7 +17,7 @@ using ::testing::HasSubstr;
 
 class BatchTest : public ::testing::Test {
  protected:
-  BatchTest() { folder_.obj("a b.obj", test::cube()); }
+  BatchTest() { folder_.obj("a b.obj", cube(2)); }
 
   ToolRun batch(const std::string& jobs, std::vector<std::string> more = {}) const {
     folder_.file("jobs.toml", jobs);
@@ -62,7 +63,8 @@ TEST_F(BatchTest, DoesWhatIsToBeDoneAndNoMore) {
 }
 
 TEST_F(BatchTest, MistakesAreFoundBeforeAnythingRuns) {
-  const auto refused = [&](const std::string& jobs, const std::string& what, std::vector<std::string> more = {}) {
+  const auto refused = [&](const std::string& jobs, const std::string& what,
+                           std::vector<std::string> more = {}) {
     const ToolRun run = batch(jobs, more);
     EXPECT_EQ(run.exitCode, 2) << jobs;
     EXPECT_THAT(run.err, HasSubstr(what));
@@ -108,7 +110,10 @@ TEST_F(BatchTest, TasksForAFarmNameAPlanThatLasts) {
 }
 
 TEST_F(BatchTest, PartsOfAShotAreThoseOfTheWhole) {
-  const std::string common = "output = \"%\"\nframes = \"1-4\"\n[map]\ndim = 8\ntolerance = 0.05\n[render]\nsize = \"32x24\"\nsamples = 1\n" + kTarget;
+  const std::string common =
+      "output = \"%\"\nframes = \"1-4\"\n[map]\ndim = 8\ntolerance = 0.05\n[render]\nsize = "
+      "\"32x24\"\nsamples = 1\n" +
+      kTarget;
   const auto jobs = [&](const std::string& output, const std::string& size) {
     return "frames-per-task = " + size + "\n" + std::regex_replace(common, std::regex("%"), output);
   };
@@ -116,7 +121,8 @@ TEST_F(BatchTest, PartsOfAShotAreThoseOfTheWhole) {
   ASSERT_EQ(batch(jobs("four", "1")).exitCode, 0);
   // The command line is part of a picture: pixels are compared.
   const auto pixels = [&](const std::string& folder, int frame) {
-    const std::string bytes = readFile(folder_ / (folder + "/pictures/it's a_000" + std::to_string(frame) + ".png"));
+    const std::string bytes =
+        readFile(folder_ / (folder + "/pictures/it's a_000" + std::to_string(frame) + ".png"));
     return bytes.substr(bytes.find("IDAT"));
   };
   for (int frame = 1; frame <= 4; ++frame) EXPECT_EQ(pixels("one", frame), pixels("four", frame)) << frame;

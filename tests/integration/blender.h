@@ -3,6 +3,8 @@
 
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,8 +15,13 @@ namespace polestar::test {
 /// A picture of the thin slab around a view's plane. `out` is a name in the job's folder.
 struct BlenderCut {
   enum class Shader {
-    emission,   ///< shines in the color scale * attribute + offset
-    principled  ///< Blender's Principled Volume in the attribute's color
+    emission,    ///< shines in the color scale * attribute + offset
+    principled,  ///< Blender's Principled Volume in the attribute's color
+    imported     ///< the material that our add-on made, as dense as kFogOpticalDepth says
+  };
+  /// What lies beyond is cut away by the add-on's empty. World.
+  struct Plane {
+    Vec3 point, normal;
   };
 
   std::string out, attribute;
@@ -23,6 +30,7 @@ struct BlenderCut {
   double scale = 1, offset = 0;
   /// Blender puts volumes half a voxel too far on every axis. By so many voxels the camera goes along.
   double voxelsTooFar = 0.5;
+  std::optional<Plane> plane{};
 };
 
 /// Of the slab where `density` is 1, in a Principled Volume: most of its light comes from the first third.
@@ -35,6 +43,10 @@ struct BlenderJob {
   std::map<std::string, std::string>
       grids;  ///< that must be there: names and Blender's words for their types
   std::vector<BlenderCut> cuts;
+  /// The packed add-on. With it `vdb` is a file of a sequence, which the add-on's operator imports, and the
+  /// scene is set to `frame`.
+  std::filesystem::path addon{};
+  int frame = 1;
 };
 
 struct BlenderOutcome {
@@ -44,6 +56,19 @@ struct BlenderOutcome {
 
 bool haveBlender();
 BlenderOutcome runBlender(const BlenderJob& job);
+
+/// Uses the operators of the add-on's panel, on a file with colors and rest and on one with neither.
+BlenderOutcome runPanel(const std::filesystem::path& folder, const std::filesystem::path& full,
+                        const std::filesystem::path& bare);
+
+/// Packs our add-on as its users do, into a folder.
+std::filesystem::path packAddon(const std::filesystem::path& folder);
+
+/// A use of the add-on's import operator: its arguments.
+using AddonImport = nlohmann::json;
+/// What the operator reports as an error, one text an import; empty where it imported.
+std::vector<std::string> addonReports(const std::filesystem::path& folder,
+                                      const std::vector<AddonImport>& imports);
 
 }  // namespace polestar::test
 

@@ -2,120 +2,22 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 
-#include "cli/run_tool.h"
-#include "integration/blender.h"
-#include "integration/difference.h"
+#include "integration/kiwi_solid.h"
 #include "support/meshes.h"
 
 namespace polestar {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::ScratchFolder;
-using testing::ToolRun;
+using namespace test;
 
-// Of scene-linear colors in [0, 1], absolute, over the pixels of a cut and their channels. Found are 0.0004
-// to 0.0008: Blender shows a slab of a fifth of a voxel, ours is a plane, and Cycles reads colors as half
-// floats. One step of 8 bits of sRGB is 0.004 in the middle greys, so to the eye both are the same.
-constexpr double kSame = 0.002;
-// Of a single channel: at the edges of seeds.
-constexpr double kSameWorst = 0.03;
-// What is wrong has to differ by much more; found are 0.011 and above.
-constexpr double kOther = 3 * kSame;
-// Pixels this near to another surface are not compared: the filters of the renderers blend them differently.
-constexpr int kRim = 2;
 // In pixels, wider than the voxels at the skin across which `density` falls.
 constexpr int kRamp = 20;
 
 const std::map<std::string, std::string> kGrids{
     {"surface", "FLOAT"}, {"density", "FLOAT"}, {"Cd", "VECTOR_FLOAT"}};
-
-void tool(const std::vector<std::string>& arguments) {
-  const ToolRun run = testing::runTool(arguments);
-  ASSERT_EQ(run.exitCode, 0) << run.err;
-}
-
-/// A mesh, mapped and filled with kiwi in several ways; names in the folder.
-class KiwiSolid {
- public:
-  explicit KiwiSolid(const fs::path& mesh) {
-    tool({"map", mesh.string(), "-o", folder_ / "body.vdb", "--dim", "48", "--tolerance", "5e-3"});
-  }
-
-  std::string fill(const std::string& name, const std::vector<std::string>& options = {}) {
-    const std::string vdb = folder_ / (name + ".vdb");
-    std::vector<std::string> arguments{"transfer", "kiwi", folder_ / "body.vdb", "-o", vdb, "--json"};
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    const ToolRun run = testing::runTool(arguments);
-    EXPECT_EQ(run.exitCode, 0) << run.err;
-    voxelSize_ = run.json()["voxel_size"].get<double>();
-    return vdb;
-  }
-
-  /// Our picture of a cut, seen at right angles.
-  test::Exr cut(const std::string& vdb, const Vec3& normal) const {
-    std::array<std::string, 2> directions;
-    for (int k = 0; k < 3; ++k) {
-      directions[0] += (k ? "," : "") + std::to_string(normal[k]);
-      directions[1] += (k ? "," : "") + std::to_string(-normal[k]);
-    }
-    const std::string exr = folder_ / "ours.exr";
-    tool({"render", vdb, "-o", exr, "--overwrite", "--flat", "--cut", directions[0], "--view", directions[1],
-          "--up", "0,1,0", "--fov", "2", "--size", "240x200", "--samples", "32"});
-    return test::readExr(exr);
-  }
-
-  test::BlenderJob job(const std::string& vdb, const std::map<std::string, std::string>& grids) const {
-    return {folder_.path(), vdb, voxelSize_, grids, {}};
-  }
-
- private:
-  ScratchFolder folder_;
-  double voxelSize_ = 0;
-};
-
-/// Does a pixel show the cut, and all others up to `rim` away in x and y, too?
-bool isDeep(const test::Exr& ours, int x, int y, int rim) {
-  if (x < rim || y < rim || x >= ours.width - rim || y >= ours.height - rim) return false;
-  for (int dy = -rim; dy <= rim; ++dy) {
-    for (int dx = -rim; dx <= rim; ++dx) {
-      if (ours.id[ours.at(x + dx, y + dy)] != test::kFirstCut) return false;
-    }
-  }
-  return true;
-}
-
-test::PixelColor colors(test::Exr picture) {
-  return [p = std::move(picture)](int x, int y) { return p.color[p.at(x, y)].cast<double>(); };
-}
-
-/// What a fog scatters, whatever its density.
-test::PixelColor straightColors(test::Exr picture) {
-  return [p = std::move(picture)](int x, int y) -> std::optional<Vec3> {
-    const std::size_t pixel = p.at(x, y);
-    if (!(p.alpha[pixel] > 0)) return std::nullopt;
-    return p.color[pixel].cast<double>() / static_cast<double>(p.alpha[pixel]);
-  };
-}
-
-/// On the cut of our picture.
-test::Difference differenceOf(const test::PixelColor& found, const test::Exr& ours) {
-  const auto expected = [&](int x, int y) -> std::optional<Vec3> {
-    if (!isDeep(ours, x, y, kRim)) return std::nullopt;
-    return ours.color[ours.at(x, y)].cast<double>();
-  };
-  return test::difference(ours.width, ours.height, found, expected);
-}
-
-void expectSame(const test::PixelColor& found, const test::Exr& ours) {
-  const test::Difference difference = differenceOf(found, ours);
-  EXPECT_GT(difference.pixels, 5000U);
-  EXPECT_LT(difference.mean, kSame);
-  EXPECT_LT(difference.worst, kSameWorst);
-}
 
 /// Of a solid that fills `Cd`: the same colors in both, and what is wrong is found.
 void expectSameCut(const fs::path& mesh, const Vec3& normal) {

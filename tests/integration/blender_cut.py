@@ -5,16 +5,20 @@
 JOB.json holds
     file   the .vdb
     grids  the grids that must be there, by name, with Blender's word for their type; all with one transform
+    addon  empty, or our add-on, packed: it is installed and imports the file as one of a sequence
+    frame  the frame of the scene, for the add-on's sequence
     cuts   a list of pictures, each with
         out            an OpenEXR file to write: scene-linear, the slab's colors premultiplied by alpha
         attribute      name of the grid that gives the color
         shader         "emission": shines in the color scale * attribute + offset (two more keys), alpha 0;
                        "principled": Blender's Principled Volume in the attribute's color, as dense as
-                       `density` says, where that is 1 with an optical_depth (one more key) across the slab
+                       `density` says, where that is 1 with an optical_depth (one more key) across the slab;
+                       "imported": the add-on's material, as dense as that
         camera         4 x 4, camera to world, Blender's axes; pinhole
         field_of_view  vertical, radians
         size           width and height, pixels
         slab           [near, far]: depths along the view direction between which the volume is seen
+        plane          null, or point and normal of the add-on's cut plane
 
 Exits with 3 (Blender's --python-exit-code) when the file does not open as it should.
 """
@@ -25,7 +29,11 @@ import os
 import sys
 
 import bpy
-from mathutils import Matrix
+from mathutils import Matrix, Vector
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+
+from blender_addon import install  # noqa: E402
 
 SAMPLES = 8
 STEP_RATE = 0.25  # of ray marching: a few steps in a slab of half a voxel
@@ -36,19 +44,30 @@ def require(condition, message):
         raise RuntimeError(message)
 
 
-def load_volume(path, expected):
+def load_volume(job):
     for obj in list(bpy.data.objects):
         bpy.data.objects.remove(obj, do_unlink=True)
-    volume = bpy.data.volumes.new("solid")
-    volume.filepath = path
-    bpy.context.scene.collection.objects.link(bpy.data.objects.new("solid", volume))
-    require(volume.grids.load(), "Blender cannot load %s: %s" % (path, volume.grids.error_message))
+    if job["addon"]:
+        install(job["addon"])
+        bpy.ops.import_scene.polestar(filepath=job["file"])
+        bpy.context.scene.frame_set(job["frame"])
+        obj = bpy.context.object
+    else:
+        volume = bpy.data.volumes.new("solid")
+        volume.filepath = job["file"]
+        obj = bpy.data.objects.new("solid", volume)
+        bpy.context.scene.collection.objects.link(obj)
+    check_grids(obj.data, job["grids"])
+    return obj
+
+
+def check_grids(volume, expected):
+    require(volume.grids.load(), "Blender cannot load %s: %s" % (volume.filepath, volume.grids.error_message))
     types = {grid.name: grid.data_type for grid in volume.grids}
     for name, kind in expected.items():
         require(types.get(name) == kind, "grid %s is %s, not %s" % (name, types.get(name), kind))
     matrices = {tuple(x for row in grid.matrix_object for x in row) for grid in volume.grids}
     require(len(matrices) == 1, "the grids have %d different transforms" % len(matrices))
-    return volume
 
 
 def material_of(kind, target):
@@ -87,6 +106,23 @@ def principled(cut, thickness):
 
 
 SHADERS = {"emission": emission, "principled": principled}
+
+
+def dress(solid, cut, thickness):
+    if cut["shader"] == "imported":
+        nodes = solid.active_material.node_tree.nodes
+        nodes["polestar density"].outputs[0].default_value = cut["optical_depth"] / thickness
+    else:
+        solid.data.materials.clear()
+        solid.data.materials.append(SHADERS[cut["shader"]](cut, thickness))
+
+
+def move_cut_plane(solid, plane):
+    if not solid.children:
+        bpy.ops.polestar.add_cut()
+    empty, = solid.children
+    empty.matrix_world = Matrix.Translation(plane["point"]) @ Vector(
+        plane["normal"]).to_track_quat("Z", "Y").to_matrix().to_4x4()
 
 
 def prepare_scene():
@@ -132,10 +168,11 @@ def prepare_scene():
     return scene, camera, wall
 
 
-def render(scene, camera, wall, volume, cut):
+def render(scene, camera, wall, solid, cut):
     near, far = cut["slab"]
-    volume.materials.clear()
-    volume.materials.append(SHADERS[cut["shader"]](cut, far - near))
+    dress(solid, cut, far - near)
+    if cut["plane"] is not None:
+        move_cut_plane(solid, cut["plane"])
     camera.matrix_world = Matrix(cut["camera"])
     camera.data.angle_y = cut["field_of_view"]
     require(abs(camera.data.angle_y - cut["field_of_view"]) < 1e-6, "Blender has no such field of view")
@@ -150,10 +187,10 @@ def render(scene, camera, wall, volume, cut):
 def main():
     with open(sys.argv[sys.argv.index("--") + 1]) as file:
         job = json.load(file)
-    volume = load_volume(job["file"], job["grids"])
+    solid = load_volume(job)
     stage = prepare_scene()
     for cut in job["cuts"]:
-        render(*stage, volume, cut)
+        render(*stage, solid, cut)
 
 
 main()

@@ -96,7 +96,9 @@ TEST_F(ContactSheetTest, PicturesSayWhatMadeThem) {
   writePicture(folder_ / "a.png", plain(8, 8, {1, 0, 0}), text);
   writeExr(folder_ / "a.exr", plain(8, 8, {1, 0, 0}), text);
   for (const char* name : {"a.png", "a.exr"})
-    EXPECT_THAT(readPictureText(folder_ / name), Contains(Pair("polestar:arguments", "polestar render 'größe.vdb'"))) << name;
+    EXPECT_THAT(readPictureText(folder_ / name),
+                Contains(Pair("polestar:arguments", "polestar render 'größe.vdb'")))
+        << name;
   const std::string whole = test::bytesOf(folder_ / "a.png");
   for (const std::size_t size : {whole.size() / 2, whole.size() - 20, std::size_t{0}}) {
     test::writeBytes(folder_ / "cut.png", whole.substr(0, size));
