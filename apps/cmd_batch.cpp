@@ -324,6 +324,7 @@ class BatchCommand final : public Command {
   }
 
   void writeForFarm(const Tasks& open, Session& session) const {
+    if (open.empty()) throw Error(Errc::usage, "nothing is left to do: all tasks are up to date");
     const fs::path plan = writePlan();
     const std::string text =
         submit_ == "print" ? batch::commandLines(plan_, open, plan)

@@ -69,7 +69,7 @@ bool isOfTheJudge(const fs::path& file) {
 
 /// Its own headers stand beside their users, without a folder in the name.
 std::string objectionOfTheJudge(const std::string& include) {
-  static const std::regex kOurs("(polestar|cli|volumes|support|lib|apps)/.*|.*\\.\\..*");
+  static const std::regex kOurs("(polestar|cli|batch|volumes|support|lib|apps)/.*|.*\\.\\..*");
   return std::regex_match(include, kOurs) ? "the judge shares no code with what it judges" : "";
 }
 
