@@ -396,7 +396,18 @@ class BatchCommand final : public Command {
     report(selection, withLost(selection, batch::collectResults(plan_, selection)), session);
   }
 
-  static void waitForJobs(const std::vector<batch::SlurmJob>& jobs, Session& session) {
+  void waitForJobs(const std::vector<batch::SlurmJob>& jobs, Session& session) const {
+    try {
+      showJobs(jobs, session);
+    } catch (const Error& error) {
+      if (error.code() != Errc::cancelled) throw;
+      throw CommandFailure(failureFor(Errc::cancelled),
+                           "cancelled; the jobs go on, what came of them: polestar batch " +
+                               shellQuoted(jobs_.string()) + " --status");
+    }
+  }
+
+  static void showJobs(const std::vector<batch::SlurmJob>& jobs, Session& session) {
     session.timed("wait", [&] {
       batch::waitForSlurm(jobs, session.context(),
                           [&](std::size_t pending, std::size_t running, std::size_t all) {
