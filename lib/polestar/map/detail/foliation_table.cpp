@@ -34,19 +34,36 @@ bool visitCells(const Foliation& f, std::size_t item, Visit&& visit) {
 
 }  // namespace
 
-FoliationTable::FoliationTable(GreenChart chart, NodeImages images, RadiusProfile radius)
-    : chart_(std::move(chart)),
-      images_(std::move(images)),
-      radius_(std::move(radius)),
-      slopes_(slopesOfImages(chart_, images_.ball, radius_)) {
+FoliationTable::FoliationTable(GreenChart chart, NodeImages images, RadiusProfile radius,
+                               std::optional<NodeBends> bends)
+    : chart_(std::move(chart)), images_(std::move(images)), radius_(std::move(radius)) {
   const Foliation& f = chart_.foliation();
+  ImageSlopes slopes = slopesOfImages(chart_, images_.ball, radius_);
+  slope_ = std::move(slopes.slope);
+  bends_.trust = std::move(slopes.trust);
+  linear_.assign(f.nodes.size(), 0);
   nodeGreen_.assign(f.nodes.size(), 0.0);
   for (std::size_t id = f.vertexCount; id < f.centerNode(); ++id)
     nodeGreen_[id] = std::max(0.0, 1 / f.nodes[id].norm() + chart_.harmonic()[id]);
+  if (bends) {
+    // Where no slope could be fitted none is trusted, whatever a file says.
+    for (std::size_t id = 0; id < bends_.trust.size(); ++id)
+      bends_.trust[id] = std::min(bends_.trust[id], bends->trust[id]);
+    for (const std::size_t id : bends->straight) makeLinear(id);
+    bends_.straight = std::move(bends->straight);
+  } else {
+    findBends();
+  }
+  tree_ = treeOver(f.nodes);
+}
+
+void FoliationTable::findBends() {
   markLinear();
   limitSlopes();
   straightenFolds();
-  tree_ = treeOver(f.nodes);
+  for (std::size_t id = 0; id < linear_.size(); ++id) {
+    if (linear_[id]) bends_.straight.push_back(id);
+  }
 }
 
 AabbTree FoliationTable::treeOver(std::span<const Vec3> positions) const {
@@ -78,7 +95,6 @@ bool FoliationTable::offLevel(std::size_t id) const {
 
 void FoliationTable::markLinear() {
   const Foliation& f = chart_.foliation();
-  linear_.assign(f.nodes.size(), 0);
   std::vector<char> listed(f.nodes.size(), 0);
   for (const std::size_t id : images_.linear) listed[id] = 1;
   for (std::size_t id = f.vertexCount; id < f.centerNode(); ++id) {
@@ -96,7 +112,7 @@ void FoliationTable::markLinear() {
 void FoliationTable::makeLinear(std::size_t id) {
   const Foliation& f = chart_.foliation();
   linear_[id] = 1;
-  slopes_.trust[id] = 0;
+  bends_.trust[id] = 0;
   if (id >= f.vertexCount && id < f.centerNode()) nodeGreen_[id] = levelGreen(id);
 }
 
@@ -155,8 +171,8 @@ class FoliationTable::CellMap {
     // no corner of.
     for (int k = 0; k < 4; ++k) {
       excess_[k].setZero();
-      if (const double trust = table_.slopes_.trust[node_[k]]; trust > 0)
-        excess_[k] = 0.5 * trust * (table_.slopes_.slope[node_[k]].cast<double>() - linearSlope_);
+      if (const double trust = table_.bends_.trust[node_[k]]; trust > 0)
+        excess_[k] = 0.5 * trust * (table_.slope_[node_[k]].cast<double>() - linearSlope_);
     }
     prepared_ = true;
   }
@@ -183,7 +199,7 @@ class FoliationTable::CellMap {
 };
 
 void FoliationTable::limitSlopes() {
-  std::vector<float> limit(slopes_.trust.size(), 1);
+  std::vector<float> limit(bends_.trust.size(), 1);
   parallelChunks(chart_.foliation().cellCount(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t id = begin; id < end; ++id) {
       CellMap cell(*this, id);
@@ -192,8 +208,8 @@ void FoliationTable::limitSlopes() {
       const Mat3 inverse = cell.linearSlope_.inverse();
       for (int k = 0; k < 4; ++k) {
         const std::uint32_t node = cell.node_[k];
-        if (!(slopes_.trust[node] > 0)) continue;
-        const Mat3 excess = 0.5 * (slopes_.slope[node].cast<double>() - cell.linearSlope_);
+        if (!(bends_.trust[node] > 0)) continue;
+        const Mat3 excess = 0.5 * (slope_[node].cast<double>() - cell.linearSlope_);
         const double ratio = (inverse * excess).norm();
         const double trust = std::clamp((kMostExcess - ratio) / (kMostExcess - kFreeExcess), 0.0, 1.0);
         // The smallest of all, whoever writes it.
@@ -205,7 +221,7 @@ void FoliationTable::limitSlopes() {
       }
     }
   });
-  for (std::size_t id = 0; id < limit.size(); ++id) slopes_.trust[id] *= limit[id];
+  for (std::size_t id = 0; id < limit.size(); ++id) bends_.trust[id] *= limit[id];
 }
 
 // Whether the cell's own map turns over at its middle or near a corner.
