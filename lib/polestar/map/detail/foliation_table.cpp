@@ -21,6 +21,8 @@ constexpr std::size_t kMostPrisms = 16;
 /// trusted and beyond which it is not at all: the fit saw something else than a smooth map, or the cells are
 /// too coarse for one.
 constexpr double kFreeExcess = 0.4, kMostExcess = 0.8;
+/// A barycentric weight, far above rounding, by which a point may miss its cell.
+constexpr double kThin = 1e-6;
 /// G at a node, off that of its level by more than this, is noise.
 constexpr double kMostOff = 0.25;
 
@@ -339,12 +341,21 @@ FoliationTable::Value FoliationTable::CellMap::evaluate(const Vec3& x, const Eig
   return value;
 }
 
+// False where x is outside of the cell's box by more than any weight above -kThin allows.
+bool FoliationTable::mayHold(std::size_t id, const Vec3& x) const {
+  Bounds box;
+  for (const std::uint32_t node : chart_.foliation().cell(id)) box.include(chart_.foliation().nodes[node]);
+  const double margin = 6 * kThin * (box.max - box.min).maxCoeff();
+  return box.squaredDistance(x) <= margin * margin;
+}
+
 std::optional<FoliationTable::Location> FoliationTable::locate(const Vec3& x, std::size_t hint,
                                                                double slack) const {
   Location trial;
   std::optional<Location> best;
   double bestInside = -slack;
   const auto look = [&](std::size_t id) {
+    if (slack < kThin && !mayHold(id, x)) return false;
     const CellMap cell(*this, id);
     if (!cell.positive()) return false;
     trial.cell = id;

@@ -74,6 +74,7 @@ class FoliationTable {
   double levelGreen(std::size_t node) const;
   bool offLevel(std::size_t node) const;
   bool folds(std::size_t cell) const;
+  bool mayHold(std::size_t cell, const Vec3& x) const;
   void makeLinear(std::size_t node);
   void findBends();
   void markLinear();

@@ -107,29 +107,56 @@ class Brick {
   bool inside(std::size_t i) const { return inside_[i]; }
 
   /// Of a voxel that is not at the rim, the images of its edges: half the way between its neighbours, or all
-  /// the way to the one that there is. `insideOnly`: no others count. Columns without a neighbour are 0.
-  Mat3 differences(std::size_t i, bool insideOnly) const {
-    const auto counts = [&](std::size_t k) { return insideOnly ? inside_[k] : places_[k].allFinite(); };
-    Mat3 edges = Mat3::Zero();
-    if (!counts(i)) return edges;
-    const std::array<std::size_t, 3> strides{static_cast<std::size_t>(size_ * size_),
-                                             static_cast<std::size_t>(size_), 1};
+  /// the way to the one that there is. Columns without a neighbour are 0.
+  Mat3 edges(std::size_t i) const {
+    const auto isThere = [&](std::size_t k) { return places_[k].allFinite(); };
+    Mat3 result = Mat3::Zero();
+    if (!isThere(i)) return result;
     for (int axis = 0; axis < 3; ++axis) {
-      const std::size_t before = i - strides[axis], after = i + strides[axis];
-      const std::size_t from = counts(before) ? before : i, to = counts(after) ? after : i;
-      if (from == to) continue;
-      edges.col(axis) = (places_[to] - places_[from]) / (from == before && to == after ? 2 : 1);
+      const std::size_t before = i - stride(axis), after = i + stride(axis);
+      const std::size_t from = isThere(before) ? before : i, to = isThere(after) ? after : i;
+      if (from != to)
+        result.col(axis) = (places_[to] - places_[from]) / (from == before && to == after ? 2 : 1);
     }
-    return edges;
+    return result;
+  }
+
+  /// The same by voxels inside alone, exact for quadratic maps where there are two on a side; of a voxel two
+  /// away from the rim. Nothing where they tell no derivative.
+  std::optional<Mat3> edgesInside(std::size_t i) const {
+    if (!inside_[i]) return std::nullopt;
+    Mat3 result = Mat3::Zero();
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto along = [&](std::ptrdiff_t step) {
+        return static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) +
+                                        step * static_cast<std::ptrdiff_t>(stride(axis)));
+      };
+      if (inside_[along(1)] && inside_[along(-1)]) {
+        result.col(axis) = (places_[along(1)] - places_[along(-1)]) / 2;
+        continue;
+      }
+      for (const std::ptrdiff_t side : {1, -1}) {
+        if (!inside_[along(side)]) continue;
+        const double sign = static_cast<double>(side);
+        const Vec3 first = places_[along(side)] - places_[i];
+        result.col(axis) = inside_[along(2 * side)]
+                               ? Vec3(sign * (2 * first - (places_[along(2 * side)] - places_[i]) / 2))
+                               : Vec3(sign * first);
+      }
+    }
+    if (!(std::abs(result.determinant()) > 0)) return std::nullopt;
+    return result;
   }
 
  private:
+  std::size_t stride(int axis) const {
+    return static_cast<std::size_t>(axis == 0 ? size_ * size_ : axis == 1 ? size_ : 1);
+  }
+
   int size_;
   std::vector<Vec3> places_;
   std::vector<char> inside_;
 };
-
-bool isRegular(const Mat3& edges) { return std::abs(edges.determinant()) > 0; }
 
 /// One leaf on its way.
 class Leaf {
@@ -158,7 +185,7 @@ class Leaf {
             batch_.first[2] + v[2] + offset};
   }
   void ask(std::span<const Voxel> voxels, std::span<Vec3> places) const;
-  std::optional<Mat3> edgesBelow(std::size_t outside) const;
+  std::optional<Mat3> jacobianBelow(std::size_t outside) const;
   void fill(int block, const BlockNodes& nodes);
   Mat3 differences(std::size_t voxel) const;
   std::int16_t rankAt(int x, int y, int z) const { return rank_[(x * kLeaf + y) * kLeaf + z]; }
@@ -190,26 +217,31 @@ void Leaf::ask(std::span<const Voxel> voxels, std::span<Vec3> places) const {
 }
 
 void Leaf::read(bool jacobians) {
-  const Brick brick(*mapped_, route_, index({0, 0, 0}, -1), kLeaf + 2);
+  const int rim = jacobians ? 2 : 1;
+  const Brick brick(*mapped_, route_, index({0, 0, 0}, -rim), kLeaf + 2 * rim);
+  std::vector<std::size_t> open;
   for (std::size_t i = 0; i < batch_.places.size(); ++i) {
     const auto [x, y, z] = voxelAt(batch_.places[i]);
-    const std::size_t at = brick.index({x + 1, y + 1, z + 1});
+    const std::size_t at = brick.index({x + rim, y + rim, z + rim});
     images_.places[i] = brick.place(at);
-    images_.footprints[i] = brick.differences(at, false);
+    images_.footprints[i] = brick.edges(at);
     if (!jacobians) continue;
-    // Beyond the surface places change along rays no more, or as padding does.
-    std::optional<Mat3> edges = brick.differences(at, true);
-    if (!isRegular(*edges)) edges = edgesBelow(i);
-    if (edges) {
-      images_.jacobians[i] = *edges / batch_.voxelSize;
-    } else {
-      others_.push_back(i);
-    }
+    const std::optional<Mat3> edges = brick.edgesInside(at);
+    images_.jacobians[i] = edges ? Mat3(*edges / batch_.voxelSize) : Mat3(Mat3::Zero());
+    if (!edges) open.push_back(i);
   }
+  // Beyond the surface places change along rays no more: the derivative there is that below.
+  std::vector<Mat3> below(open.size());
+  for (std::size_t k = 0; k < open.size(); ++k) {
+    const std::optional<Mat3> found = jacobianBelow(open[k]);
+    below[k] = found ? *found : Mat3(Mat3::Zero());
+    if (!found) others_.push_back(open[k]);
+  }
+  for (std::size_t k = 0; k < open.size(); ++k) images_.jacobians[open[k]] = below[k];
 }
 
-/// The edges' images at the first voxel inside on the way to the center.
-std::optional<Mat3> Leaf::edgesBelow(std::size_t outside) const {
+/// That of the first voxel on the way to the center that has one.
+std::optional<Mat3> Leaf::jacobianBelow(std::size_t outside) const {
   constexpr int kSteps = 8;
   const Vec3 center = route_.target().chart().green().shape().frame().origin;
   const auto [x, y, z] = voxelAt(batch_.places[outside]);
@@ -220,9 +252,13 @@ std::optional<Mat3> Leaf::edgesBelow(std::size_t outside) const {
     const Vec3 at = from + k * step;
     const Voxel voxel{static_cast<int>(std::lround(at.x())), static_cast<int>(std::lround(at.y())),
                       static_cast<int>(std::lround(at.z()))};
-    const Brick brick(*mapped_, route_, index(voxel, -1), 3);
-    const Mat3 edges = brick.differences(brick.index({1, 1, 1}), true);
-    if (isRegular(edges)) return edges;
+    if (std::all_of(voxel.begin(), voxel.end(), [](int v) { return v >= 0 && v < kLeaf; })) {
+      const std::int16_t rank = rankAt(voxel[0], voxel[1], voxel[2]);
+      if (rank >= 0 && !images_.jacobians[rank].isZero(0)) return images_.jacobians[rank];
+      continue;
+    }
+    const Brick brick(*mapped_, route_, index(voxel, -2), 5);
+    if (const auto edges = brick.edgesInside(brick.index({2, 2, 2}))) return *edges / batch_.voxelSize;
   }
   return std::nullopt;
 }
