@@ -82,6 +82,10 @@ Bytes parse(const std::filesystem::path& path) {
   file.data = std::min((kPreamble + length + kAlignment - 1) / kAlignment * kAlignment, size);
   json others = file.header;
   others.erase("hash");
+  if (std::any_of(text + length, static_cast<const char*>(file.all.data()) + file.data,
+                  [](char byte) { return byte != 0; })) {
+    throw Unreadable("it is damaged: there is something between its header and its arrays");
+  }
   if (file.header["hash"] != hashOf(others.dump(), file.all.data() + file.data, size - file.data)) {
     throw Unreadable("it is damaged: its hash does not match");
   }

@@ -275,12 +275,16 @@ RawFile readRaw(const std::filesystem::path& path) {
   Hasher hasher;
   hasher.add(text.data(), text.size());
   hasher.add(raw.bytes.data() + raw.dataBegin, raw.bytes.size() - raw.dataBegin);
-  // The hash does not cover the format; what the file holds tells it again.
+  // The hash covers neither the zeros after the header nor the format, which what the file holds tells again.
+  const bool zeros = std::all_of(raw.bytes.begin() + static_cast<std::ptrdiff_t>(kPreamble + length),
+                                 raw.bytes.begin() + static_cast<std::ptrdiff_t>(raw.dataBegin),
+                                 [](char byte) { return byte == 0; });
   const json arrays = raw.header.value("arrays", json::array());
   const bool hasBends = std::any_of(arrays.begin(), arrays.end(), [](const json& entry) {
     return entry.is_object() && entry.value("name", json()) == "slope_trust";
   });
-  if (hasher.hex() != raw.header["hash"].get<std::string>() || hasBends != (raw.format > kOldestFormat)) {
+  if (hasher.hex() != raw.header["hash"].get<std::string>() || !zeros ||
+      hasBends != (raw.format > kOldestFormat)) {
     fail(path, "is damaged or truncated (its hash does not match); make the map again");
   }
   return raw;
