@@ -104,7 +104,6 @@ class Brick {
     return static_cast<std::size_t>((v[0] * size_ + v[1]) * size_ + v[2]);
   }
   const Vec3& place(std::size_t i) const { return places_[i]; }
-  bool inside(std::size_t i) const { return inside_[i]; }
 
   /// Of a voxel that is not at the rim, the images of its edges: half the way between its neighbours, or all
   /// the way to the one that there is. Columns without a neighbour are 0.
