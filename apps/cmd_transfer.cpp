@@ -104,7 +104,12 @@ class TransferCommand final : public Command {
     const fs::path output = session.options().output;
     checkOutput(output, session.options().overwrite, session.inputs());
     const BallMap target = loadMap(target_, session);
-    const double voxel = voxelSize(target);
+    // The target's own .vdb, where that is what was named and no other size is asked for.
+    const bool own = target_.extension() == ".vdb" && !size_.given();
+    if (own) readMapped(session);
+    const double voxel =
+        own ? options_.mapped ? options_.mapped->voxelSize() : readGridInfo(target_).front().voxelSize
+            : size_.voxelSize(boundingBox(target.chart().green().shape().surface().mesh()));
     if (session.options().dryRun) return plan(target, voxel, session);
     OutputGuard guard({output});
     fill(target, voxel, output, session);
@@ -147,10 +152,9 @@ class TransferCommand final : public Command {
     if (!landmarks_.empty()) session.addInput(landmarks_);
   }
 
-  /// Of the target's own .vdb, where that is what was named and nothing else is asked for.
-  double voxelSize(const BallMap& target) const {
-    if (target_.extension() == ".vdb" && !size_.given()) return readGridInfo(target_).front().voxelSize;
-    return size_.voxelSize(boundingBox(target.chart().green().shape().surface().mesh()));
+  void readMapped(Session& session) {
+    std::optional<SolidGrids> grids = session.timed("load_grids", [&] { return SolidGrids::read(target_); });
+    if (grids) options_.mapped = std::make_shared<const SolidGrids>(std::move(*grids));
   }
 
   void plan(const BallMap& target, double voxel, Session& session) const {
@@ -228,6 +232,7 @@ class TransferCommand final : public Command {
     json["voxel_size"] = voxel;
     json["voxels"] = report.voxels;
     json["unanswered"] = report.unanswered;
+    json["rest"] = options_.mapped ? "read" : "computed";
     json["blocks"] = {{"count", report.blocks}, {"interpolated", report.interpolated}};
     json["voxels_per_second"] = static_cast<double>(report.voxels) / seconds;
     json["peak_memory_bytes"] = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;

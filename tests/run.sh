@@ -1,6 +1,11 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds, and runs every test; arguments go to ctest, such as -R star.
+# Installs what is missing, builds, and runs every test; arguments go to ctest, such as -R star. With --all first, sweeps
+# over real models take all of them instead of the hardest.
 set -euo pipefail
+if [[ ${1:-} == --all ]]; then
+  export POLESTAR_ALL_MODELS=1
+  shift
+fi
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 bash "$root/apps/setup.sh"

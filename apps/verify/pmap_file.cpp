@@ -17,12 +17,13 @@ namespace {
 using nlohmann::json;
 
 constexpr char kMagic[8] = {'P', 'O', 'L', 'E', 'S', 'T', 'A', 'R'};
-constexpr std::uint32_t kFormat = 2;
+constexpr std::uint32_t kOldestFormat = 2, kFormat = 3;
 constexpr std::size_t kPreamble = 16, kAlignment = 64;
 
 struct Bytes {
   std::vector<char> all;
   json header;
+  std::uint32_t format = 0;
   std::size_t data = 0;  ///< where the arrays begin
 };
 
@@ -66,12 +67,13 @@ Bytes parse(const std::filesystem::path& path) {
   if (size < kPreamble || std::memcmp(file.all.data(), kMagic, sizeof kMagic) != 0) {
     throw Unreadable("it is no .pmap (no POLESTAR signature)");
   }
-  std::uint32_t format = 0, length = 0;
-  std::memcpy(&format, file.all.data() + 8, sizeof format);
+  std::uint32_t length = 0;
+  std::memcpy(&file.format, file.all.data() + 8, sizeof file.format);
   std::memcpy(&length, file.all.data() + 12, sizeof length);
-  if (format != kFormat) {
-    throw Unreadable("it has .pmap format " + std::to_string(format) + ", this program judges " +
-                     std::to_string(kFormat) + "; make the map again with polestar map");
+  if (file.format < kOldestFormat || file.format > kFormat) {
+    throw Unreadable("it has .pmap format " + std::to_string(file.format) + ", this program judges " +
+                     std::to_string(kOldestFormat) + " and " + std::to_string(kFormat) +
+                     "; make the map again with polestar map");
   }
   if (length > size - kPreamble) throw Unreadable("it ends within its header");
   const char* text = file.all.data() + kPreamble;
@@ -80,6 +82,10 @@ Bytes parse(const std::filesystem::path& path) {
   file.data = std::min((kPreamble + length + kAlignment - 1) / kAlignment * kAlignment, size);
   json others = file.header;
   others.erase("hash");
+  if (std::any_of(text + length, static_cast<const char*>(file.all.data()) + file.data,
+                  [](char byte) { return byte != 0; })) {
+    throw Unreadable("it is damaged: there is something between its header and its arrays");
+  }
   if (file.header["hash"] != hashOf(others.dump(), file.all.data() + file.data, size - file.data)) {
     throw Unreadable("it is damaged: its hash does not match");
   }
@@ -90,7 +96,7 @@ std::vector<Array> arraysOf(const Bytes& file) {
   std::vector<Array> arrays;
   for (const json& entry : file.header.at("arrays")) {
     Array array{entry.at("name"), entry.at("type"), entry.at("shape").at(0), entry.at("shape").at(1)};
-    const std::size_t bytes = array.type == "int32"                               ? 4
+    const std::size_t bytes = array.type == "int32" || array.type == "float32"    ? 4
                               : array.type == "float64" || array.type == "uint64" ? 8
                                                                                   : 0;
     if (bytes == 0) continue;  // of a later version, and no concern of ours
@@ -105,16 +111,16 @@ std::vector<Array> arraysOf(const Bytes& file) {
   return arrays;
 }
 
+/// `rows`: how many there have to be; 0: any number.
 template <class Row>
 std::vector<Row> take(const std::vector<Array>& arrays, const std::string& name, const std::string& type,
-                      std::size_t rows) {
+                      std::size_t rows, std::size_t columns = 3) {
   for (const Array& array : arrays) {
     if (array.name != name) continue;
-    if (array.type != type || array.columns != 3 || (rows != 0 && array.rows != rows)) {
+    if (array.type != type || array.columns != columns || (rows != 0 && array.rows != rows)) {
       throw Unreadable("its array '" + name + "' has the wrong type or size");
     }
     std::vector<Row> values(array.rows);
-    static_assert(sizeof(Row) == (std::is_same_v<Row, Vec3> ? 24 : 12));
     if (array.rows > 0) {
       std::memcpy(static_cast<void*>(values.data()), array.begin, array.rows * sizeof(Row));
     }
@@ -123,33 +129,51 @@ std::vector<Row> take(const std::vector<Array>& arrays, const std::string& name,
   throw Unreadable("its array '" + name + "' is missing");
 }
 
-std::vector<char> movedNodes(const std::vector<Array>& arrays, std::size_t nodes) {
-  std::vector<char> moved;
-  for (const Array& array : arrays) {
-    if (array.name != "moved_nodes" || array.rows == 0) continue;
-    if (array.type != "uint64" || array.columns != 1) throw Unreadable("its list of moved nodes is damaged");
-    moved.assign(nodes, 0);
-    for (std::size_t i = 0; i < array.rows; ++i) {
-      std::uint64_t id = 0;
-      std::memcpy(&id, array.begin + 8 * i, sizeof id);
-      if (id >= nodes) throw Unreadable("a moved node is not there");
-      moved[id] = 1;
+/// 1 for nodes that the list names; empty when it names none, or when there is no such list.
+std::vector<char> namedNodes(const std::vector<Array>& arrays, const std::string& list, std::size_t nodes) {
+  std::vector<char> named;
+  if (std::none_of(arrays.begin(), arrays.end(), [&](const Array& a) { return a.name == list; }))
+    return named;
+  for (const std::uint64_t id : take<std::uint64_t>(arrays, list, "uint64", 0, 1)) {
+    if (id >= nodes) throw Unreadable("its array '" + list + "' names a node that is not there");
+    named.resize(nodes, 0);
+    named[id] = 1;
+  }
+  return named;
+}
+
+/// Of how the table bends between the nodes, which is no part of the theorem: that a program which evaluates
+/// it can make sense of the file.
+void checkBends(const std::vector<Array>& arrays, std::size_t nodes) {
+  const std::vector<float> trust = take<float>(arrays, "slope_trust", "float32", nodes, 1);
+  const std::vector<char> straight = namedNodes(arrays, "straight_nodes", nodes);
+  for (std::size_t id = 0; id < nodes; ++id) {
+    if (std::isnan(trust[id])) continue;  // counted among what is not finite
+    if (!(trust[id] >= 0 && trust[id] <= 1)) {
+      throw Unreadable("its slope_trust of node " + std::to_string(id) + " lies outside of [0, 1]");
+    }
+    if (!straight.empty() && straight[id] && trust[id] > 0) {
+      throw Unreadable("node " + std::to_string(id) + " is one of straight_nodes and has a slope_trust");
     }
   }
-  return moved;
+}
+
+template <class Number>
+void countNotFinite(const Array& array, PmapContents& contents) {
+  for (std::size_t i = 0; i < array.rows * array.columns; ++i) {
+    Number value = 0;
+    std::memcpy(&value, array.begin + sizeof value * i, sizeof value);
+    if (std::isfinite(value)) continue;
+    if (contents.notFinite++ == 0) {
+      contents.firstNotFinite = array.name + " row " + std::to_string(i / array.columns);
+    }
+  }
 }
 
 void countNotFinite(const std::vector<Array>& arrays, PmapContents& contents) {
   for (const Array& array : arrays) {
-    if (array.type != "float64") continue;
-    for (std::size_t i = 0; i < array.rows * array.columns; ++i) {
-      double value = 0;
-      std::memcpy(&value, array.begin + 8 * i, sizeof value);
-      if (std::isfinite(value)) continue;
-      if (contents.notFinite++ == 0) {
-        contents.firstNotFinite = array.name + " row " + std::to_string(i / array.columns);
-      }
-    }
+    if (array.type == "float64") countNotFinite<double>(array, contents);
+    if (array.type == "float32") countNotFinite<float>(array, contents);
   }
 }
 
@@ -176,7 +200,12 @@ PmapContents readPmap(const std::filesystem::path& path) try {
   if (n > file.all.size() || contents.levels > file.all.size()) throw Unreadable("it has impossible sizes");
   contents.nodes = take<Vec3>(arrays, "nodes_inner", "float64", contents.levels * n + 1);
   contents.ball = take<Vec3>(arrays, "ball", "float64", contents.levels * n + 1);
-  contents.moved = movedNodes(arrays, contents.nodes.size());
+  contents.moved = namedNodes(arrays, "moved_nodes", contents.nodes.size());
+  // The hash does not cover the format.
+  const bool hasBends = std::any_of(arrays.begin(), arrays.end(),
+                                    [](const Array& array) { return array.name == "slope_trust"; });
+  if (hasBends != (file.format > kOldestFormat)) throw Unreadable("it is damaged: its format is another one");
+  if (hasBends) checkBends(arrays, contents.nodes.size());
   for (int k = 0; k < 3; ++k) contents.center[k] = file.header.at("center").at(static_cast<std::size_t>(k));
   contents.unit = file.header.at("unit");
   countNotFinite(arrays, contents);

@@ -93,9 +93,20 @@ TEST_F(TransferTool, FillsASolidWithATextureByName) {
   for (const GridInfo& grid : readGridInfo(folder_ / "kiwi.vdb")) {
     EXPECT_THAT(grid.metadata, Contains(std::pair<std::string, std::string>("polestar:texture", "kiwi")));
   }
+  EXPECT_EQ(json["rest"], "computed");
   // The target's .vdb says how fine; its grids and the new ones lie on one lattice.
-  ASSERT_EQ(runTool({"transfer", "soccer", map("star.vdb"), "-o", folder_ / "soccer.vdb"}).exitCode, 0);
+  const ToolRun own =
+      runTool({"transfer", "soccer", map("star.vdb"), "-o", folder_ / "soccer.vdb", "--json"});
+  ASSERT_EQ(own.exitCode, 0) << own.err;
+  EXPECT_EQ(own.json()["rest"], "read");
+  EXPECT_THAT(gridNames(folder_ / "soccer.vdb"), ElementsAre("surface", "density", "Cd"));
   EXPECT_EQ(readGridInfo(folder_ / "soccer.vdb")[0].voxelSize, readGridInfo(map("star.vdb"))[0].voxelSize);
+  const ToolRun other =
+      runTool({"transfer", "soccer", map("star.vdb"), "-o", folder_ / "other.vdb", "--dim", "24", "--json"});
+  EXPECT_EQ(other.json()["rest"], "computed") << "a size was asked for";
+  for (const Vec3& point : {Vec3(0.4, 0, 0), Vec3(-0.1, 0.3, 0.2)}) {
+    EXPECT_LT((colorAt(folder_ / "soccer.vdb", point) - colorAt(folder_ / "other.vdb", point)).norm(), 0.05);
+  }
 }
 
 TEST_F(TransferTool, DrawsFibers) {

@@ -132,8 +132,9 @@ std::size_t flipsOfCore(std::span<const Vec3> omega, std::span<const Vec3> phi,
 
 TEST(CoreOfRealMeshes, FlipsNoTriangleAtAnyLevel) {
   POLESTAR_REQUIRE_MESHES();
-  for (const std::string name : {"castalia.obj", "itokawa_radar.obj", "psyche.obj", "KW4Alpha.obj",
-                                 "itokawa_16.obj", "geographos.ply", "sylvia.off", "yorp.stl"}) {
+  for (const std::string& name : testing::chosenModels(
+           {"itokawa_16.obj", "yorp.stl"}, {"castalia.obj", "itokawa_radar.obj", "psyche.obj", "KW4Alpha.obj",
+                                            "geographos.ply", "sylvia.off"})) {
     const StarShape given = starShapeFromFile(*testing::meshFolder() / name);
     const BallMap map = mapToBall(given);
     EXPECT_EQ(map.options().core, CoreMode::smooth) << name << ": " << map.coreFallbackReason();

@@ -12,6 +12,12 @@ std::optional<std::filesystem::path> meshFolder() {
   return std::filesystem::path(folder);
 }
 
+std::vector<std::string> chosenModels(std::vector<std::string> hardest,
+                                      const std::vector<std::string>& others) {
+  if (std::getenv("POLESTAR_ALL_MODELS")) hardest.insert(hardest.end(), others.begin(), others.end());
+  return hardest;
+}
+
 std::vector<ManifestEntry> manifest() {
   std::vector<ManifestEntry> entries;
   const auto folder = meshFolder();

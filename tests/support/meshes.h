@@ -24,6 +24,11 @@ struct ManifestEntry {
 };
 std::vector<ManifestEntry> manifest();
 
+/// Names of models that a sweep goes over: the hardest ones, and the others too when the environment variable
+/// POLESTAR_ALL_MODELS is set, as tests/run.sh --all does.
+std::vector<std::string> chosenModels(std::vector<std::string> hardest,
+                                      const std::vector<std::string>& others);
+
 }  // namespace polestar::testing
 
 /// Ends the test as skipped, visibly, when the folder is not there.

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
@@ -12,6 +14,7 @@
 #include "polestar/core/error.h"
 #include "polestar/map/composed_map.h"
 #include "polestar/mesh/shapes.h"
+#include "polestar/pipeline.h"
 #include "support/meshes.h"
 #include "support/scratch_folder.h"
 #include "support/solids.h"
@@ -156,6 +159,133 @@ TEST(TransferTexture, WritesFibersAlongTheCarriedGrain) {
     return (jacobian.inverse() * Waves::grain(ball)).normalized().cast<float>();
   });
   EXPECT_LT(errors.mean, 0.01);
+}
+
+/// What `map` writes of the star, read again.
+class TransferIntoMappedGrids : public ::testing::Test {
+ protected:
+  static constexpr int kDim = 48;
+  static void SetUpTestSuite() { gridsOf(starMap(), optionsFor(starMap(), kDim).grids).write(path()); }
+  static void TearDownTestSuite() { std::filesystem::remove(path()); }
+  static std::filesystem::path path() {
+    return std::filesystem::path(::testing::TempDir()) / ("star " + std::to_string(::getpid()) + ".vdb");
+  }
+  static TransferOptions options(std::shared_ptr<const SolidGrids> mapped) {
+    TransferOptions options;
+    options.mapped = std::move(mapped);
+    return options;
+  }
+  static std::shared_ptr<SolidGrids> mapped() {
+    return std::make_shared<SolidGrids>(*SolidGrids::read(path()));
+  }
+  static std::vector<Vec3> centers() {
+    return voxelCenters(starMap(), optionsFor(starMap(), kDim).grids.voxelSize);
+  }
+  const test::ScratchFolder folder_;
+};
+
+// Every voxel has its own place, so the color is the texture's to what floats hold; new grids interpolate
+// places, which costs up to a tenth of a voxel.
+TEST_F(TransferIntoMappedGrids, ColorsAreThoseOfTheirOwnCoordinates) {
+  const BallMotion motion(rotationXyz(Vec3(20, -35, 60)), Vec3(0.1, 0.2, -0.1));
+  const TextureRoute route(starMap(), motion);
+  const Transfer transfer = transferTexture(route, Waves(), options(mapped()));
+  const Transfer anew = transferTexture(route, Waves(), optionsFor(starMap(), kDim));
+  EXPECT_EQ(transfer.report.unanswered, 0U);
+  EXPECT_EQ(transfer.report.blocks, 0U);
+  EXPECT_EQ(transfer.report.voxels, anew.report.voxels);
+  const auto truth = [&](const Vec3& x) -> Vec3f {
+    Vec3 ball;
+    starMap().forward({&x, 1}, {&ball, 1});
+    if (!ball.allFinite()) return Vec3f::Constant(std::nanf(""));
+    motion.forward({&ball, 1}, {&ball, 1});
+    return Waves::at(ball);
+  };
+  const SampledGrids file = written(transfer, folder_, "mapped.vdb");
+  const Errors read = errorsAt(centers(), *file.find("Cd", true), truth),
+               interpolated =
+                   errorsAt(centers(), *written(anew, folder_, "anew.vdb").find("Cd", true), truth);
+  ASSERT_GT(read.points, 10000U);
+  EXPECT_LT(read.worst, 1e-5);
+  EXPECT_GT(interpolated.worst, 1e-3) << "nothing is interpolated: the bound above says nothing";
+  ASSERT_EQ(file.grids().size(), 4U) << "surface, density, Cd and fiber, but no rest that nobody asked for";
+}
+
+// On the skin, too, where neighbours outside do not count; outside, where the padding continues the grain.
+TEST_F(TransferIntoMappedGrids, FibersFollowTheCarriedGrain) {
+  const TextureRoute route(starMap());
+  const Transfer transfer = transferTexture(route, Waves(), options(mapped()));
+  const SampledGrids file = written(transfer, folder_, "mapped.vdb");
+  const SampledGrid* fiber = file.find("fiber", true);
+  ASSERT_NE(fiber, nullptr);
+  const Errors inside = errorsAt(centers(), *fiber, [](const Vec3& x) -> Vec3f {
+    Vec3 ball;
+    Mat3 jacobian;
+    starMap().forward({&x, 1}, {&ball, 1});
+    starMap().jacobian({&x, 1}, {&jacobian, 1});
+    return (jacobian.inverse() * Waves::grain(ball)).normalized().cast<float>();
+  });
+  EXPECT_GT(inside.points, 10000U);
+  EXPECT_LT(inside.mean, 0.01);
+  // Just outside, against the map's derivative on the surface.
+  const TriMesh& surface = surfaceOf(starMap());
+  const Vec3 center = starMap().chart().green().shape().frame().origin;
+  const double voxel = optionsFor(starMap(), kDim).grids.voxelSize;
+  std::vector<Vec3> outside;
+  for (std::size_t v = 0; v < surface.vertices.size(); v += 5)
+    outside.push_back(surface.vertices[v] + voxel * (surface.vertices[v] - center).normalized());
+  const Errors beyond = errorsAt(outside, *fiber, [&](const Vec3& x) -> Vec3f {
+    Vec3 ball;
+    Mat3 jacobian;
+    route.map({&x, 1}, {&ball, 1});
+    route.jacobian({&x, 1}, {&jacobian, 1});
+    return (jacobian.inverse() * Waves::grain(ball)).normalized().cast<float>();
+  });
+  EXPECT_EQ(beyond.points, outside.size());
+  EXPECT_LT(beyond.mean, 0.1);
+}
+
+// As where `map` has filtered voxels: what the certificate is about is `rest`, not the table.
+TEST_F(TransferIntoMappedGrids, RestIsBelievedWhereItWasMoved) {
+  const auto grids = mapped();
+  SolidGrids::Cube cube = grids->readCube("rest", {kDim / 2, kDim / 2, kDim / 2}, 2);
+  ASSERT_EQ(cube.active.back(), 1);
+  const Vec3f moved = cube.values.back() + Vec3f(0.02f, -0.01f, 0.03f);
+  cube.values.back() = moved;
+  const std::vector<std::size_t> last{cube.values.size() - 1};
+  grids->replace("rest", cube, last);
+  TransferOptions withRest = options(grids);
+  withRest.rest = true;
+  const SampledGrids file =
+      written(transferTexture(TextureRoute(starMap()), Waves(), withRest), folder_, "moved.vdb");
+  const std::vector<Vec3> at{grids->indexToWorld(Vec3::Constant(kDim / 2 + 1))};
+  for (const auto& [name, expected] :
+       {std::pair{"Cd", Waves::at(moved.cast<double>())}, std::pair{"rest", moved}}) {
+    const Errors errors = errorsAt(at, *file.find(name, true), [&](const Vec3&) { return expected; });
+    EXPECT_LT(errors.worst, 1e-6) << name;
+  }
+}
+
+// With a body of its own the texture is asked for through that body's map, from the same places.
+TEST_F(TransferIntoMappedGrids, GridsOfABodyComeAsIntoNewOnes) {
+  const SampledGrids source = written(
+      transferTexture(TextureRoute(lobesMap()), Waves(), optionsFor(lobesMap(), 32)), folder_, "source.vdb");
+  const TextureRoute route(starMap(), {}, lobesMap());
+  const std::vector<CarriedGrid> carried = chooseGrids(source, {"Cd"});
+  const Transfer transfer = transferGrids(route, carried, options(mapped()));
+  EXPECT_EQ(transfer.report.unanswered, 0U);
+  EXPECT_GT(transfer.report.interpolated, 0U);
+  const SampledGrids file = written(transfer, folder_, "mapped.vdb"),
+                     anew = written(transferGrids(route, carried, optionsFor(starMap(), kDim)), folder_,
+                                    "anew.vdb");
+  const Errors errors = errorsAt(centers(), *file.find("Cd", true), [&](const Vec3& x) {
+    Vec3f value;
+    float weight = 0;
+    anew.find("Cd", true)->sample({&x, 1}, {}, {&value, 1}, {&weight, 1});
+    return weight > 0 ? value : Vec3f(Vec3f::Constant(std::nanf("")));
+  });
+  EXPECT_GT(errors.points, 10000U);
+  EXPECT_LT(errors.mean, 1e-4);
 }
 
 // The composition of analytic texture, motion and both maps, against what went through a grid of the source:

@@ -296,6 +296,56 @@ TEST(SolidGrids, ReplacesWhatACubeLists) {
   EXPECT_THROW(grids.readCube("surface", {0, 0, 0}, 2), Error);
 }
 
+TEST(SolidGrids, AreReadAsTheyWereWritten) {
+  const test::ScratchFolder folder;
+  const TriMesh mesh = transformed(smoothStar(3), [](const Vec3& v) -> Vec3 { return v + Vec3(1e4, -7, 3); });
+  const GridOptions options{.voxelSize = voxelSizeFor(mesh, 30)};
+  SolidGrids grids(mesh, options);
+  grids.addVector("rest", ValueRole::invariant, stampAll);
+  grids.setMetadata("polestar:center", Vec3(1, 2, 3));
+  grids.write(folder / "map.vdb");
+  const std::optional<SolidGrids> again = SolidGrids::read(folder / "map.vdb");
+  ASSERT_TRUE(again.has_value());
+  EXPECT_EQ(again->voxelSize(), grids.voxelSize());
+  EXPECT_EQ(again->insideVoxels(), grids.insideVoxels());
+  EXPECT_EQ(again->activeVoxels(), grids.activeVoxels());
+  EXPECT_EQ(again->indexToWorld(Vec3(3, 4, 5)), grids.indexToWorld(Vec3(3, 4, 5)));
+
+  // Filled further they are what new ones would be, to the last byte.
+  const std::vector<std::string> rest{"rest"}, none;
+  SolidGrids shared = again->sharing(rest), fresh = grids.sharing(rest);
+  for (SolidGrids* some : {&shared, &fresh}) some->addScalar("distance", copyDistance);
+  shared.write(folder / "shared.vdb");
+  fresh.write(folder / "fresh.vdb");
+  EXPECT_TRUE(test::bytesOf(folder / "shared.vdb") == test::bytesOf(folder / "fresh.vdb"));
+  again->sharing(none).write(folder / "none.vdb");
+  SolidGrids(mesh, options).write(folder / "new.vdb");
+  EXPECT_TRUE(test::bytesOf(folder / "none.vdb") == test::bytesOf(folder / "new.vdb"));
+  EXPECT_THROW(again->sharing({"green"}), Error);
+}
+
+TEST(SolidGrids, AreNotReadFromWhatIsNoMapOfThem) {
+  const test::ScratchFolder folder;
+  const TriMesh mesh = icosphere(3);
+  const auto isRead = [&](const Attribute& rest, bool padded) {
+    SolidGrids grids(mesh, {.voxelSize = 0.1});
+    grids.add(
+        {&rest, 1},
+        [&](const VoxelBatch& batch, AttributeValues& values) {
+          if (rest.vector) stampAll(batch, values.vectors(0));
+        },
+        padded);
+    grids.write(folder / "some.vdb");
+    return SolidGrids::read(folder / "some.vdb").has_value();
+  };
+  EXPECT_TRUE(isRead({.name = "rest", .vector = true}, true));
+  EXPECT_FALSE(isRead({.name = "Cd", .vector = true}, true));
+  EXPECT_FALSE(isRead({.name = "rest"}, true)) << "of scalars";
+  EXPECT_FALSE(isRead({.name = "rest", .vector = true, .half = true}, true));
+  EXPECT_FALSE(isRead({.name = "rest", .vector = true}, false)) << "without padding";
+  EXPECT_THROW(SolidGrids::read(folder / "nothing.vdb"), Error);
+}
+
 TEST(SolidGrids, ThrowsWhatTheSamplerThrowsAndAddsNothing) {
   SolidGrids grids(icosphere(2), {.voxelSize = 0.1});
   struct Refusal {};

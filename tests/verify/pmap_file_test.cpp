@@ -4,11 +4,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "pmap_maps.h"
+#include "polestar/core/error.h"
 #include "polestar/map/map_file.h"
 #include "support/scratch_folder.h"
 #include "verify/judge_pmap.h"
@@ -100,6 +102,71 @@ TEST_F(PmapFile, HeadersThatPromiseWhatIsNotThere) {
     writeMapFile(path_, smallMap());
     EXPECT_THAT(complaintAfter([&](auto& h) { array(h, "omega")["offset"] = rows; }), HasSubstr("larger"));
   }
+}
+
+/// Without what format 3 added.
+void makeOlder(const std::filesystem::path& path) {
+  PmapBytes file(path);
+  auto header = nlohmann::json::parse(file.header);
+  auto& arrays = header["arrays"];
+  for (const std::string name : {"slope_trust", "straight_nodes"}) {
+    arrays.erase(
+        std::find_if(arrays.begin(), arrays.end(), [&](const auto& entry) { return entry["name"] == name; }));
+  }
+  file.header = header.dump();
+  file.format = 2;
+  file.write(path);
+}
+
+TEST_F(PmapFile, OfFormatTwoHoldsTheSameMap) {
+  makeOlder(path_);
+  EXPECT_EQ(complaint(), "");
+  const NodeBends found = readMapFile(path_).map.nodeBends();
+  EXPECT_EQ(found.trust, smallMap().nodeBends().trust);
+  EXPECT_EQ(found.straight, smallMap().nodeBends().straight);
+}
+
+TEST_F(PmapFile, OfOtherFormatsIsRefused) {
+  for (const std::uint32_t format : {1u, 2u, 4u}) {
+    PmapBytes file(path_);
+    file.format = format;
+    file.write(path_);
+    EXPECT_THAT(complaint(), HasSubstr("format")) << format;
+    EXPECT_THROW(readMapFile(path_), Error);
+    writeMapFile(path_, smallMap());
+  }
+}
+
+TEST_F(PmapFile, BendsThatMeanNothingAreRefusedByBothReaders) {
+  const auto withTrust = [&](float trust) {
+    writeMapFile(path_, smallMap());
+    PmapBytes file(path_);
+    for (const PmapBytes::Array& array : file.arrays) {
+      if (array.name == "slope_trust") std::memcpy(&file.data[array.offset + 40], &trust, sizeof trust);
+    }
+    file.write(path_);
+  };
+  for (const float trust : {-0.25f, 1.5f, std::numeric_limits<float>::infinity()}) {
+    withTrust(trust);
+    EXPECT_THAT(complaint(), HasSubstr("slope_trust of node 10"));
+    EXPECT_THROW(readMapFile(path_), Error);
+  }
+  withTrust(std::numeric_limits<float>::quiet_NaN());
+  EXPECT_EQ(judgePmap(verify::readPmap(path_)).firstFailure()->name, "finite");
+  EXPECT_THROW(readMapFile(path_), Error);
+
+  writeMapFile(path_, smallMap());
+  EXPECT_THAT(complaintAfter([](auto& h) { array(h, "slope_trust")["shape"][0] = 1; }),
+              HasSubstr("slope_trust"));
+  EXPECT_THROW(readMapFile(path_), Error);
+  // A list that lies where other numbers do names nodes that are not there.
+  writeMapFile(path_, smallMap());
+  EXPECT_THAT(complaintAfter([](auto& h) {
+                array(h, "straight_nodes")["shape"][0] = 3;
+                array(h, "straight_nodes")["offset"] = array(h, "ball")["offset"];
+              }),
+              HasSubstr("straight_nodes"));
+  EXPECT_THROW(readMapFile(path_), Error);
 }
 
 TEST_F(PmapFile, NumbersThatAreNoneAreCountedInEveryArray) {

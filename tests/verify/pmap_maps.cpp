@@ -52,6 +52,7 @@ verify::PmapContents coneMap(const TriMesh& mesh, std::size_t levels) {
 PmapBytes::PmapBytes(const std::filesystem::path& path) {
   const std::string bytes = test::bytesOf(path);
   std::uint32_t length = 0;
+  std::memcpy(&format, bytes.data() + 8, sizeof format);
   std::memcpy(&length, bytes.data() + 12, sizeof length);
   auto json = nlohmann::json::parse(bytes.substr(16, length));
   json.erase("hash");
@@ -75,7 +76,7 @@ void PmapBytes::write(const std::filesystem::path& path) const {
   }
   json["hash"] = hash;
   const std::string text = json.dump();
-  const std::uint32_t numbers[2] = {2, static_cast<std::uint32_t>(text.size())};
+  const std::uint32_t numbers[2] = {format, static_cast<std::uint32_t>(text.size())};
   std::string bytes = "POLESTAR" + std::string(reinterpret_cast<const char*>(numbers), sizeof numbers) + text;
   bytes.resize((bytes.size() + 63) / 64 * 64, '\0');
   test::writeBytes(path, bytes + data);

@@ -31,6 +31,7 @@ class PmapBytes {
   std::vector<Array> arrays;
   std::string data;    ///< all arrays
   std::string header;  ///< JSON without the hash
+  std::uint32_t format = 0;
   void write(const std::filesystem::path& path) const;
 };
 

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <numeric>
 #include <unordered_map>
 
 #include <tbb/parallel_invoke.h>
@@ -18,16 +17,27 @@ constexpr std::uint32_t kGrain = 8192;
 class AabbTree::Builder {
  public:
   Builder(AabbTree& tree, const std::vector<Bounds>& items) : tree_(tree), items_(items) {
-    centers_.resize(items.size());
+    entries_.resize(items.size());
     parallelChunks(items.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) centers_[i] = 0.5 * (items[i].min + items[i].max);
+      for (std::size_t i = begin; i < end; ++i)
+        entries_[i] = {0.5 * (items[i].min + items[i].max), static_cast<std::uint32_t>(i)};
     });
     const auto count = static_cast<std::uint32_t>(items.size());
     tree_.nodes_.resize(1 + descendants(count));
     build(0, 1, 0, count);
+    tree_.order_.resize(items.size());
+    parallelChunks(items.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) tree_.order_[i] = entries_[i].item;
+    });
   }
 
  private:
+  // Centers lie in the order of the tree to be, so that every pass goes through memory in order.
+  struct Entry {
+    Vec3 center;
+    std::uint32_t item;
+  };
+
   // Nodes below one that holds `count` items: where everything goes is known beforehand, so that threads
   // cannot change it.
   std::uint32_t descendants(std::uint32_t count) {
@@ -41,28 +51,24 @@ class AabbTree::Builder {
   }
 
   // `next`: the first free node for its descendants.
-  void build(std::uint32_t node, std::uint32_t next, std::uint32_t begin, std::uint32_t end) const {
-    std::vector<std::uint32_t>& order = tree_.order_;
-    Bounds bounds, spread;
-    for (std::uint32_t i = begin; i < end; ++i) {
-      bounds.include(items_[order[i]]);
-      spread.include(centers_[order[i]]);
-    }
-    tree_.nodes_[node].bounds = bounds;
+  void build(std::uint32_t node, std::uint32_t next, std::uint32_t begin, std::uint32_t end) {
     const std::uint32_t count = end - begin;
     if (count <= kLeafSize) {
-      tree_.nodes_[node].first = begin;
-      tree_.nodes_[node].count = count;
+      Bounds bounds;
+      for (std::uint32_t i = begin; i < end; ++i) bounds.include(items_[entries_[i].item]);
+      tree_.nodes_[node] = {bounds, begin, count};
       return;
     }
+    Bounds spread;
+    for (std::uint32_t i = begin; i < end; ++i) spread.include(entries_[i].center);
     // Halve along the longest side of the centers' box; ties by index keep the tree the same everywhere.
     int axis;
     (spread.max - spread.min).maxCoeff(&axis);
     const std::uint32_t middle = begin + count / 2;
-    std::nth_element(order.begin() + begin, order.begin() + middle, order.begin() + end,
-                     [&](std::uint32_t a, std::uint32_t b) {
-                       const double x = centers_[a][axis], y = centers_[b][axis];
-                       return x < y || (x == y && a < b);
+    std::nth_element(entries_.begin() + begin, entries_.begin() + middle, entries_.begin() + end,
+                     [axis](const Entry& a, const Entry& b) {
+                       const double x = a.center[axis], y = b.center[axis];
+                       return x < y || (x == y && a.item < b.item);
                      });
     tree_.nodes_[node].first = next;
     const std::uint32_t afterLeft = next + 2 + knownDescendants(count / 2);
@@ -74,18 +80,19 @@ class AabbTree::Builder {
     } else {
       tbb::parallel_invoke(left, right);
     }
+    Bounds bounds = tree_.nodes_[next].bounds;
+    bounds.include(tree_.nodes_[next + 1].bounds);
+    tree_.nodes_[node].bounds = bounds;
   }
 
   AabbTree& tree_;
   const std::vector<Bounds>& items_;
-  std::vector<Vec3> centers_;
+  std::vector<Entry> entries_;
   std::unordered_map<std::uint32_t, std::uint32_t> descendants_;
 };
 
-AabbTree::AabbTree(const std::vector<Bounds>& items) : order_(items.size()) {
-  if (items.empty()) return;
-  std::iota(order_.begin(), order_.end(), 0u);
-  Builder(*this, items);
+AabbTree::AabbTree(const std::vector<Bounds>& items) {
+  if (!items.empty()) Builder(*this, items);
 }
 
 }  // namespace polestar::detail

@@ -4,6 +4,9 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <mutex>
+
+#include <tbb/task_arena.h>
 
 #include "polestar/core/error.h"
 #include "polestar/green/detail/adaptive_layer.h"
@@ -52,6 +55,42 @@ std::vector<SignProof> encloseSigns(const detail::LayerField& field, Context& co
   }
   return proofs;
 }
+
+/// The field of sources that were solved for before. Its plan is built when a value is first asked for: who
+/// reads a map for its table needs none.
+class RestoredField final : public HarmonicField {
+ public:
+  RestoredField(StarShape shape, GreenSources sources, const GreenRecord& record)
+      : shape_(std::move(shape)),
+        sources_(std::move(sources)),
+        accuracy_(record.accuracy),
+        truncation_(record.boundaryError.bound ? record.boundaryError.truncation / record.harmonicRadius
+                                               : std::numeric_limits<double>::infinity()) {}
+
+  void evaluate(std::span<const Vec3> points, std::span<double> h, std::span<Vec3> gradient) const override {
+    std::call_once(once_, [&] {
+      // A thread that waits for the build must not begin another call of this in the meantime.
+      tbb::this_task_arena::isolate([&] { plan_ = plan(); });
+    });
+    plan_->evaluate(points, h, gradient);
+  }
+
+ private:
+  std::unique_ptr<const HarmonicField> plan() const {
+    const auto* layer = std::get_if<SurfaceLayer>(&sources_);
+    if (!layer) return std::make_unique<detail::PointChargeField>(std::get<PointSources>(sources_));
+    return std::make_unique<detail::LayerField>(
+        std::make_shared<const detail::AlignedSurface>(layer->mesh, detail::principalAxes(shape_.mesh()),
+                                                       Context::quiet()),
+        layer->density, accuracy_, Context::quiet(), truncation_);
+  }
+
+  StarShape shape_;
+  GreenSources sources_;
+  double accuracy_, truncation_;
+  mutable std::once_flag once_;
+  mutable std::unique_ptr<const HarmonicField> plan_;
+};
 
 }  // namespace
 
@@ -120,17 +159,7 @@ GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options, Co
 }
 
 GreenFunction restoreGreen(StarShape shape, GreenSources sources, GreenRecord record) {
-  std::shared_ptr<const HarmonicField> field;
-  if (const auto* layer = std::get_if<SurfaceLayer>(&sources)) {
-    const BoundaryError& error = record.boundaryError;
-    field = std::make_shared<const detail::LayerField>(
-        std::make_shared<const detail::AlignedSurface>(layer->mesh, detail::principalAxes(shape.mesh()),
-                                                       Context::quiet()),
-        layer->density, record.accuracy, Context::quiet(),
-        error.bound ? error.truncation / record.harmonicRadius : std::numeric_limits<double>::infinity());
-  } else {
-    field = std::make_shared<const detail::PointChargeField>(std::get<PointSources>(sources));
-  }
+  auto field = std::make_shared<const RestoredField>(shape, sources, record);
   return GreenFunction(std::make_shared<const GreenFunction::Data>(
       GreenFunction::Data{std::move(shape), std::move(sources), std::move(field), std::move(record)}));
 }

@@ -207,7 +207,7 @@ GreenFunction solveGreen(const StarShape& shape, const GreenOptions& options = {
                          Context& context = Context::quiet());
 
 /// The Green's function of sources that were solved for before, as a map file keeps them. Nothing is measured
-/// again.
+/// again; what evaluations need is built when the first one comes.
 GreenFunction restoreGreen(StarShape shape, GreenSources sources, GreenRecord record);
 
 }  // namespace polestar

@@ -130,12 +130,12 @@ struct BallMap::Data {
 
   static std::shared_ptr<const Data> make(GreenChart chart, SphereMap sphere, const BallMapOptions& options,
                                           RadiusProfile radius, std::string coreFallbackReason,
-                                          NodeImages images) {
+                                          NodeImages images, std::optional<NodeBends> bends) {
     const TriMesh& mesh = chart.green().shape().mesh();
     const std::size_t flips = countLevelFlips(chart.foliation(), images.ball);
     CellCounts cells = countCells(chart.foliation(), images.ball);
     SphereLocator surface(mesh.vertices, mesh.triangles), boundary(sphere.directions, mesh.triangles);
-    FoliationTable table(chart, std::move(images), radius);
+    FoliationTable table(chart, std::move(images), radius, std::move(bends));
     return std::make_shared<const Data>(Data{std::move(chart), std::move(sphere), options, std::move(radius),
                                              std::move(coreFallbackReason), flips, std::move(cells),
                                              std::move(table), std::move(surface), std::move(boundary)});
@@ -280,13 +280,13 @@ BallMap::BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& optio
     }
   }
   data_ = Data::make(std::move(chart), std::move(sphere), used, std::move(radius), std::move(reason),
-                     std::move(images));
+                     std::move(images), std::nullopt);
 }
 
 BallMap::BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options, RadiusProfile radius,
-                 NodeImages nodeImages)
+                 NodeImages nodeImages, std::optional<NodeBends> nodeBends)
     : data_(Data::make(std::move(chart), std::move(sphere), options, std::move(radius), "",
-                       std::move(nodeImages))) {}
+                       std::move(nodeImages), std::move(nodeBends))) {}
 
 void BallMap::forward(std::span<const Vec3> solid, std::span<Vec3> domain) const {
   detail::parallelChunks(solid.size(), kChunk, [&](std::size_t begin, std::size_t end) {
@@ -360,6 +360,7 @@ const RadiusProfile& BallMap::radius() const { return data_->radius; }
 const BallMapOptions& BallMap::options() const { return data_->options; }
 const std::string& BallMap::coreFallbackReason() const { return data_->coreFallbackReason; }
 const NodeImages& BallMap::nodeImages() const { return data_->table.images(); }
+const NodeBends& BallMap::nodeBends() const { return data_->table.bends(); }
 const CellCounts& BallMap::imageCells() const { return data_->imageCells; }
 std::size_t BallMap::levelFlips() const { return data_->levelFlips; }
 

@@ -8,6 +8,7 @@
 // Where phi is omega itself (`field-line`) A is the identity and needs no core.
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "polestar/chart/green_chart.h"
@@ -38,15 +39,26 @@ struct NodeImages {
   std::vector<std::size_t> linear;
 };
 
+/// How the table bends between its nodes: with the map's slopes there, less where cells would fold. It
+/// follows from the rest of a map; finding it is most of the work of making a table, and so a file keeps it.
+struct NodeBends {
+  /// In the slope at a node, [0, 1], one a node; at 0 every cell around takes its own.
+  std::vector<float> trust;
+  /// Corners of the cells that are linear, in G too: those around NodeImages::linear, around nodes whose G is
+  /// noise, and those that would fold; ids, ascending.
+  std::vector<std::size_t> straight;
+};
+
 /// The map by its table, the foliation: R from h interpolated with its gradients, directions those of the
 /// piecewise linear map from the foliation's cells to their images in the ball. Cheap to copy. Frames: points
 /// of the solid in mesh units, of the domain in the unit ball.
 class BallMap final : public VolumeMap {
  public:
   BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options = {}, RadiusProfile radius = {});
-  /// With images that were computed before, as a file holds them; the rest says how they were made.
+  /// With images that were computed before, as a file holds them; the rest says how they were made. Without
+  /// `nodeBends` these are found anew.
   BallMap(GreenChart chart, SphereMap sphere, const BallMapOptions& options, RadiusProfile radius,
-          NodeImages nodeImages);
+          NodeImages nodeImages, std::optional<NodeBends> nodeBends = std::nullopt);
 
   void forward(std::span<const Vec3> solid, std::span<Vec3> domain) const override;
   void inverse(std::span<const Vec3> domain, std::span<Vec3> solid) const override;
@@ -66,6 +78,7 @@ class BallMap final : public VolumeMap {
   /// The map is one to one when all cells are positive at the nodes and at these images. [docs/method.md,
   /// "One to one"]
   const NodeImages& nodeImages() const;
+  const NodeBends& nodeBends() const;
   /// Exact counts over the cells at their images.
   const CellCounts& imageCells() const;
   /// Triangles that are not positively oriented on the sphere, summed over all levels (exact).

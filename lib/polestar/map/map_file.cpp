@@ -19,7 +19,8 @@ namespace {
 using nlohmann::json;
 
 constexpr char kMagic[8] = {'P', 'O', 'L', 'E', 'S', 'T', 'A', 'R'};
-constexpr std::uint32_t kFormat = 2;
+/// Format 2 has no `slope_trust` and `straight_nodes`.
+constexpr std::uint32_t kFormat = 3, kOldestFormat = 2;
 constexpr std::size_t kPreamble = sizeof kMagic + 2 * sizeof(std::uint32_t), kAlignment = 64;
 
 std::size_t aligned(std::size_t size) { return (size + kAlignment - 1) / kAlignment * kAlignment; }
@@ -49,23 +50,47 @@ class Hasher {
 json toJson(const Vec3& v) { return json::array({v[0], v[1], v[2]}); }
 Vec3 toVec3(const json& j) { return {j.at(0).get<double>(), j.at(1).get<double>(), j.at(2).get<double>()}; }
 
+/// What a row of an array is made of, and how the header calls it.
+template <class Row>
+struct NumberOf;
+template <>
+struct NumberOf<Vec3> {
+  using Type = double;
+  static constexpr const char* kName = "float64";
+};
+template <>
+struct NumberOf<double> : NumberOf<Vec3> {};
+template <>
+struct NumberOf<float> {
+  using Type = float;
+  static constexpr const char* kName = "float32";
+};
+template <>
+struct NumberOf<Triangle> {
+  using Type = std::int32_t;
+  static constexpr const char* kName = "int32";
+};
+template <>
+struct NumberOf<std::size_t> {
+  using Type = std::size_t;
+  static constexpr const char* kName = "uint64";
+};
+
 // The arrays of a file, in order; views of memory that the caller keeps.
 class ArrayList {
  public:
   template <class T>
   void add(const std::string& name, std::span<const T> values, std::size_t columns) {
-    static_assert(sizeof(T) % 4 == 0);
-    constexpr bool kIntegers = std::is_same_v<T, Triangle>, kSizes = std::is_same_v<T, std::size_t>;
+    using Number = NumberOf<T>::Type;
+    const std::span numbers(reinterpret_cast<const Number*>(values.data()),
+                            values.size_bytes() / sizeof(Number));
     description_.push_back({{"name", name},
-                            {"type", kIntegers ? "int32"
-                                     : kSizes  ? "uint64"
-                                               : "float64"},
-                            {"shape", {values.size_bytes() / (columns * (kIntegers ? 4 : 8)), columns}},
+                            {"type", NumberOf<T>::kName},
+                            {"shape", {numbers.size() / columns, columns}},
                             {"offset", offset_}});
-    if constexpr (!kIntegers && !kSizes) {
-      const std::span numbers(reinterpret_cast<const double*>(values.data()), values.size_bytes() / 8);
+    if constexpr (std::is_floating_point_v<Number>) {
       notFinite_ += static_cast<std::size_t>(
-          std::count_if(numbers.begin(), numbers.end(), [](double x) { return !std::isfinite(x); }));
+          std::count_if(numbers.begin(), numbers.end(), [](Number x) { return !std::isfinite(x); }));
     }
     bytes_.push_back(std::as_bytes(values));
     offset_ = aligned(offset_ + values.size_bytes());
@@ -212,6 +237,7 @@ json describe(const BallMap& map, const MapProvenance& provenance) {
 // A file in memory, its header parsed and its hash verified.
 struct RawFile {
   std::vector<char> bytes;
+  std::uint32_t format = 0;
   json header;
   std::size_t dataBegin = 0;
 };
@@ -224,15 +250,16 @@ RawFile readRaw(const std::filesystem::path& path) {
   RawFile raw;
   raw.bytes.resize(size);
   if (!in.read(raw.bytes.data(), static_cast<std::streamsize>(size))) fail(path, "cannot be read to its end");
-  std::uint32_t format = 0, length = 0;
+  std::uint32_t length = 0;
   if (size < kPreamble || std::memcmp(raw.bytes.data(), kMagic, sizeof kMagic) != 0) {
     fail(path, "is not a .pmap file (no POLESTAR signature)");
   }
-  std::memcpy(&format, &raw.bytes[sizeof kMagic], sizeof format);
-  std::memcpy(&length, &raw.bytes[sizeof kMagic + sizeof format], sizeof length);
-  if (format != kFormat) {
-    fail(path, "has .pmap format " + std::to_string(format) + ", this program reads " +
-                   std::to_string(kFormat) + "; make the map again with polestar map");
+  std::memcpy(&raw.format, &raw.bytes[sizeof kMagic], sizeof raw.format);
+  std::memcpy(&length, &raw.bytes[sizeof kMagic + sizeof raw.format], sizeof length);
+  if (raw.format < kOldestFormat || raw.format > kFormat) {
+    fail(path, "has .pmap format " + std::to_string(raw.format) + ", this program reads " +
+                   std::to_string(kOldestFormat) + " and " + std::to_string(kFormat) +
+                   "; make the map again with polestar map");
   }
   if (kPreamble + length > size) fail(path, "is truncated within its header; make the map again");
   raw.header =
@@ -248,7 +275,16 @@ RawFile readRaw(const std::filesystem::path& path) {
   Hasher hasher;
   hasher.add(text.data(), text.size());
   hasher.add(raw.bytes.data() + raw.dataBegin, raw.bytes.size() - raw.dataBegin);
-  if (hasher.hex() != raw.header["hash"].get<std::string>()) {
+  // The hash covers neither the zeros after the header nor the format, which what the file holds tells again.
+  const bool zeros = std::all_of(raw.bytes.begin() + static_cast<std::ptrdiff_t>(kPreamble + length),
+                                 raw.bytes.begin() + static_cast<std::ptrdiff_t>(raw.dataBegin),
+                                 [](char byte) { return byte == 0; });
+  const json arrays = raw.header.value("arrays", json::array());
+  const bool hasBends = std::any_of(arrays.begin(), arrays.end(), [](const json& entry) {
+    return entry.is_object() && entry.value("name", json()) == "slope_trust";
+  });
+  if (hasher.hex() != raw.header["hash"].get<std::string>() || !zeros ||
+      hasBends != (raw.format > kOldestFormat)) {
     fail(path, "is damaged or truncated (its hash does not match); make the map again");
   }
   return raw;
@@ -287,6 +323,16 @@ void checkIndices(const TriMesh& mesh, const std::filesystem::path& path) {
 void checkNodes(const std::vector<std::size_t>& ids, std::size_t nodes, const std::filesystem::path& path) {
   if (std::any_of(ids.begin(), ids.end(), [&](std::size_t id) { return id >= nodes; }))
     fail(path, "a list names a node that is not there");
+}
+
+std::optional<NodeBends> takeBends(const RawFile& raw, std::size_t nodes, const std::filesystem::path& path) {
+  if (raw.format == kOldestFormat) return std::nullopt;
+  NodeBends bends{takeArray<float>(raw, path, "slope_trust", 1, nodes),
+                  takeArray<std::size_t>(raw, path, "straight_nodes", 1, 0)};
+  if (!std::all_of(bends.trust.begin(), bends.trust.end(), [](float x) { return x >= 0 && x <= 1; }))
+    fail(path, "has a trust in slopes outside of [0, 1]; make the map again");
+  checkNodes(bends.straight, nodes, path);
+  return bends;
 }
 
 // The layer of the solver "layer", the charges of "mfs".
@@ -419,7 +465,7 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
                     takeArray<std::size_t>(raw, path, "linear_nodes", 1, 0)};
   checkNodes(images.linear, nodes, path);
   return BallMap(GreenChart(std::move(data)), std::move(sphere), options, toRadiusProfile(header, path),
-                 std::move(images));
+                 std::move(images), takeBends(raw, nodes, path));
 }
 
 ArrayList arraysOf(const BallMap& map) {
@@ -432,6 +478,8 @@ ArrayList arraysOf(const BallMap& map) {
   arrays.add("nodes_inner", std::span(chart.foliation().nodes), 3);
   arrays.add("ball", std::span(map.nodeImages().ball), 3);
   arrays.add("linear_nodes", std::span(map.nodeImages().linear), 1);
+  arrays.add("slope_trust", std::span(map.nodeBends().trust), 1);
+  arrays.add("straight_nodes", std::span(map.nodeBends().straight), 1);
   arrays.add("harmonic", chart.harmonic(), 1);
   arrays.add("harmonic_gradient", chart.harmonicGradient(), 3);
   arrays.add("omega", chart.directions(), 3);

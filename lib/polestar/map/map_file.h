@@ -1,8 +1,9 @@
 #pragma once
 // The .pmap file: a map that lasts. It holds everything forward() and inverse() need, in doubles; the grids
-// of a .vdb are a picture of it.
+// of a .vdb are a picture of it. Format 3 keeps how the table bends too (NodeBends), which files of format 2
+// have found again whenever they are read, with the same result.
 //
-// Layout (little endian): "POLESTAR", uint32 format (2), uint32 length of the header, the header as JSON,
+// Layout (little endian): "POLESTAR", uint32 format (3), uint32 length of the header, the header as JSON,
 // zeros up to a multiple of 64; then the arrays at the offsets that the header names. `hash` in the header is
 // the 128-bit XXH3 of the header without its hash and of all arrays.
 

@@ -1,6 +1,7 @@
 #include "polestar/texture/texture_route.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -25,7 +26,11 @@ TextureRoute::TextureRoute(BallMap target, BallMotion motion, std::optional<Ball
 void TextureRoute::map(std::span<const Vec3> target, std::span<Vec3> place) const {
   std::vector<double> green(target.size());
   target_.sample(target, place, green);
-  for (Vec3& ball : place) ball = ontoBall(ball);
+  onward(place, place);
+}
+
+void TextureRoute::onward(std::span<const Vec3> ball, std::span<Vec3> place) const {
+  std::transform(ball.begin(), ball.end(), place.begin(), ontoBall);
   motion_.forward(place, place);
   if (source_) backOut(place);
 }

@@ -19,6 +19,8 @@ class TextureRoute {
   /// is taken for the point of its surface on the ray to the center. NaN where a map has no answer, which is
   /// rounding on surfaces.
   void map(std::span<const Vec3> target, std::span<Vec3> place) const;
+  /// The rest of the way, from the target's ball coordinates.
+  void onward(std::span<const Vec3> ball, std::span<Vec3> place) const;
   /// Its derivative; outside, that of the point of the surface. NaN where a map has no answer.
   void jacobian(std::span<const Vec3> target, std::span<Mat3> derivative) const;
   /// The way back.

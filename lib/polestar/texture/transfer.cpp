@@ -67,10 +67,7 @@ using Shade = std::function<void(const VoxelBatch&, OutputValues&)>;
 class Filler {
  public:
   Filler(const TextureRoute& route, const TransferOptions& options, Context& context)
-      : route_(route),
-        options_(options),
-        context_(context),
-        result_{SolidGrids(surface(), options.grids, context), {}} {
+      : route_(route), options_(options), context_(context), result_{start(), {}} {
     result_.report.voxels = result_.grids.activeVoxels();
   }
 
@@ -84,7 +81,7 @@ class Filler {
       for (const std::string& name : output.names)
         attributes.push_back({name, output.vector, output.role, output.half});
     }
-    const LeafImager imager(route_, jacobians);
+    const LeafImager imager(route_, jacobians, options_.mapped.get());
     std::atomic<std::size_t> unanswered{0};
     result_.grids.add(
         attributes,
@@ -145,6 +142,12 @@ class Filler {
   Transfer& result() { return result_; }
 
  private:
+  SolidGrids start() const {
+    if (!options_.mapped) return {surface(), options_.grids, context_};
+    return options_.mapped->sharing(options_.rest ? std::vector<std::string>{"rest"}
+                                                  : std::vector<std::string>{});
+  }
+
   const TextureRoute& route_;
   const TransferOptions& options_;
   Context& context_;
@@ -183,7 +186,7 @@ Transfer fill(const TextureRoute& route, const std::vector<Output>& outputs, con
   } else {
     filler.pass(outputs, anyJacobian(outputs), look);
   }
-  if (options.rest) filler.addRest();
+  if (options.rest && !options.mapped) filler.addRest();
   return std::move(filler.result());
 }
 

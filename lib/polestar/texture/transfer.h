@@ -26,7 +26,10 @@ struct DrawnFibers {
 };
 
 struct TransferOptions {
-  GridOptions grids;  ///< of the target
+  GridOptions grids;  ///< of the target; without effect where `mapped` is given
+  /// What `map` wrote of the target, to be filled instead of new grids: `surface` and `density` are its own,
+  /// and its ball coordinates are read of `rest`.
+  std::shared_ptr<const SolidGrids> mapped;
   DrawnFibers fibers;
   ColorNames colorNames = ColorNames::houdini;
   bool halfColors = false;  ///< colors are saved as half floats
@@ -45,7 +48,7 @@ struct TransferReport {
   std::size_t voxels = 0;        ///< filled, padding included
   std::size_t unanswered = 0;    ///< of these: where the maps had no answer, left without a value
   std::size_t interpolated = 0;  ///< of the blocks of 4^3 voxels: where the map was interpolated
-  std::size_t blocks = 0;
+  std::size_t blocks = 0;        ///< none where nothing but `rest` had to be read
 };
 
 struct Transfer {

@@ -174,6 +174,7 @@ struct SolidGrids::Impl {
   std::map<std::string, Metadata> metadata;
 
   Vec3 toWorld(const Vec3& index) const { return origin + options.voxelSize * index; }
+  void findVoxels();
   void gather(const openvdb::MaskTree::LeafNodeType& voxels, LeafPoints& leaf) const;
 
   void checkNewName(const std::string& name) const {
@@ -195,6 +196,14 @@ struct SolidGrids::Impl {
   }
 };
 
+void SolidGrids::Impl::findVoxels() {
+  const float reach = static_cast<float>(options.padding) * static_cast<float>(options.voxelSize);
+  inside = voxelsBelow(surface->constTree(), 0);
+  padded = voxelsBelow(surface->constTree(), reach);
+  insideCount = inside->activeVoxelCount();
+  paddedCount = padded->activeVoxelCount();
+}
+
 void SolidGrids::Impl::gather(const openvdb::MaskTree::LeafNodeType& voxels, LeafPoints& leaf) const {
   const auto* band = surface->constTree().probeConstLeaf(voxels.origin());
   const float tile = band ? 0 : surface->constTree().getValue(voxels.origin());
@@ -206,6 +215,7 @@ void SolidGrids::Impl::gather(const openvdb::MaskTree::LeafNodeType& voxels, Lea
   }
   const openvdb::Coord first = voxels.origin();
   leaf.batch.corner = toWorld(Vec3(first.x(), first.y(), first.z()));
+  leaf.batch.first = {first.x(), first.y(), first.z()};
   leaf.batch.voxelSize = options.voxelSize;
   leaf.batch.places = {leaf.places.data(), leaf.count};
   leaf.batch.points = {leaf.points.data(), leaf.count};
@@ -239,11 +249,57 @@ SolidGrids::SolidGrids(const TriMesh& mesh, const GridOptions& options, Context&
       makeGrid<openvdb::FloatTree>("density", fogOf(*surface, h), impl_->transform, openvdb::GRID_FOG_VOLUME);
   impl_->grids = {impl_->surface, density};
 
-  impl_->inside = voxelsBelow(*surface, 0);
-  impl_->padded = voxelsBelow(*surface, static_cast<float>(options.padding) * static_cast<float>(h));
-  impl_->insideCount = impl_->inside->activeVoxelCount();
-  impl_->paddedCount = impl_->padded->activeVoxelCount();
+  impl_->findVoxels();
   context.progress("voxelizing", 1);
+}
+
+SolidGrids::SolidGrids(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+std::optional<SolidGrids> SolidGrids::read(const std::filesystem::path& path) {
+  using openvdb::gridPtrCast;
+  std::map<std::string, openvdb::GridBase::Ptr> named;
+  for (const auto& grid : detail::readVdb(path)) named.emplace(grid->getName(), grid);
+  const auto find = [&](const char* name) { return named.contains(name) ? named[name] : nullptr; };
+  const auto surface = gridPtrCast<openvdb::FloatGrid>(find("surface")),
+             density = gridPtrCast<openvdb::FloatGrid>(find("density"));
+  const auto rest = gridPtrCast<openvdb::Vec3SGrid>(find("rest"));
+  if (!surface || !density || !rest) return std::nullopt;
+
+  auto impl = std::make_unique<Impl>();
+  const openvdb::math::Transform& transform = surface->transform();
+  const double h = transform.voxelSize()[0];
+  impl->options.voxelSize = h;
+  impl->options.halfWidth = static_cast<int>(std::lround(surface->background() / h));
+  impl->origin = Vec3(transform.indexToWorld(openvdb::Vec3d(0)).asPointer());
+  impl->transform = detail::makeUniformTransform(h, impl->origin);
+  for (const openvdb::GridBase::Ptr& grid : {find("surface"), find("density"), find("rest")}) {
+    if (grid->saveFloatAsHalf() || grid->transform() != *impl->transform) return std::nullopt;
+  }
+  impl->surface =
+      makeGrid<openvdb::FloatTree>("surface", surface->treePtr(), impl->transform, openvdb::GRID_LEVEL_SET);
+  impl->findVoxels();
+  if (rest->activeVoxelCount() != impl->paddedCount || impl->insideCount == 0) return std::nullopt;
+  const auto ball =
+      makeGrid<openvdb::Vec3STree>("rest", rest->treePtr(), impl->transform, openvdb::GRID_UNKNOWN);
+  detail::setRole(*ball, ValueRole::invariant);
+  impl->grids = {
+      impl->surface,
+      makeGrid<openvdb::FloatTree>("density", density->treePtr(), impl->transform, openvdb::GRID_FOG_VOLUME),
+      ball};
+  return SolidGrids(std::move(impl));
+}
+
+SolidGrids SolidGrids::sharing(const std::vector<std::string>& attributes) const {
+  auto impl = std::make_unique<Impl>(*impl_);
+  impl->metadata.clear();
+  impl->grids.resize(2);
+  for (const std::string& name : attributes) {
+    const auto found = std::find_if(impl_->grids.begin() + 2, impl_->grids.end(),
+                                    [&](const auto& grid) { return grid->getName() == name; });
+    if (found == impl_->grids.end()) throw Error(Errc::usage, "there is no grid '" + name + "'");
+    impl->grids.push_back(*found);
+  }
+  return SolidGrids(std::move(impl));
 }
 
 SolidGrids::~SolidGrids() = default;
@@ -440,6 +496,10 @@ SolidGrids::Cube SolidGrids::readCube(const std::string& vectorGrid, const std::
   Cube cube;
   cube.lowest = lowest;
   cube.size = size;
+  const auto samples = static_cast<std::size_t>(size) * size * size;
+  cube.values.reserve(samples);
+  cube.signedDistance.reserve(samples);
+  cube.active.reserve(samples);
   for (int x = 0; x < size; ++x) {
     for (int y = 0; y < size; ++y) {
       for (int z = 0; z < size; ++z) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -41,6 +42,7 @@ double voxelSizeFor(const TriMesh& mesh, int dim);
 struct VoxelBatch {
   static constexpr int kLeafSize = 8;     ///< voxels along a leaf
   Vec3 corner;                            ///< center of the leaf's first voxel, mesh units
+  std::array<int, 3> first{};             ///< that voxel, index coordinates
   double voxelSize = 0;                   ///< mesh units
   std::span<const std::uint16_t> places;  ///< of the points in the leaf: 64 x + 8 y + z, ascending
   std::span<const Vec3> points;           ///< mesh units
@@ -89,6 +91,16 @@ class SolidGrids {
   ~SolidGrids();
   SolidGrids(SolidGrids&&) noexcept;
   SolidGrids& operator=(SolidGrids&&) noexcept;
+
+  /// The solid of a .vdb that `polestar map` wrote: `surface`, `density` and `rest` as they are there,
+  /// without their metadata. Nothing where one of them is missing, was saved as half floats or lies in voxels
+  /// of its own, or where `rest` covers something else than the solid and a padding of GridOptions::padding.
+  /// @throws Error{Errc::io} for a file that is missing, truncated or no .vdb.
+  static std::optional<SolidGrids> read(const std::filesystem::path& path);
+  /// The same solid: `surface`, `density` and of the other grids those named, without metadata. Voxels are
+  /// shared, not copied.
+  /// @throws Error{Errc::usage} for a name that is not there.
+  SolidGrids sharing(const std::vector<std::string>& attributes) const;
 
   double voxelSize() const;
   std::size_t insideVoxels() const;  ///< voxels with surface < 0
@@ -157,6 +169,7 @@ class SolidGrids {
 
  private:
   struct Impl;
+  explicit SolidGrids(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 

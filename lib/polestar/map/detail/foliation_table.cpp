@@ -21,6 +21,8 @@ constexpr std::size_t kMostPrisms = 16;
 /// trusted and beyond which it is not at all: the fit saw something else than a smooth map, or the cells are
 /// too coarse for one.
 constexpr double kFreeExcess = 0.4, kMostExcess = 0.8;
+/// A barycentric weight, far above rounding, by which a point may miss its cell.
+constexpr double kThin = 1e-6;
 /// G at a node, off that of its level by more than this, is noise.
 constexpr double kMostOff = 0.25;
 
@@ -34,19 +36,36 @@ bool visitCells(const Foliation& f, std::size_t item, Visit&& visit) {
 
 }  // namespace
 
-FoliationTable::FoliationTable(GreenChart chart, NodeImages images, RadiusProfile radius)
-    : chart_(std::move(chart)),
-      images_(std::move(images)),
-      radius_(std::move(radius)),
-      slopes_(slopesOfImages(chart_, images_.ball, radius_)) {
+FoliationTable::FoliationTable(GreenChart chart, NodeImages images, RadiusProfile radius,
+                               std::optional<NodeBends> bends)
+    : chart_(std::move(chart)), images_(std::move(images)), radius_(std::move(radius)) {
   const Foliation& f = chart_.foliation();
+  ImageSlopes slopes = slopesOfImages(chart_, images_.ball, radius_);
+  slope_ = std::move(slopes.slope);
+  bends_.trust = std::move(slopes.trust);
+  linear_.assign(f.nodes.size(), 0);
   nodeGreen_.assign(f.nodes.size(), 0.0);
   for (std::size_t id = f.vertexCount; id < f.centerNode(); ++id)
     nodeGreen_[id] = std::max(0.0, 1 / f.nodes[id].norm() + chart_.harmonic()[id]);
+  if (bends) {
+    // Where no slope could be fitted none is trusted, whatever a file says.
+    for (std::size_t id = 0; id < bends_.trust.size(); ++id)
+      bends_.trust[id] = std::min(bends_.trust[id], bends->trust[id]);
+    for (const std::size_t id : bends->straight) makeLinear(id);
+    bends_.straight = std::move(bends->straight);
+  } else {
+    findBends();
+  }
+  tree_ = treeOver(f.nodes);
+}
+
+void FoliationTable::findBends() {
   markLinear();
   limitSlopes();
   straightenFolds();
-  tree_ = treeOver(f.nodes);
+  for (std::size_t id = 0; id < linear_.size(); ++id) {
+    if (linear_[id]) bends_.straight.push_back(id);
+  }
 }
 
 AabbTree FoliationTable::treeOver(std::span<const Vec3> positions) const {
@@ -78,7 +97,6 @@ bool FoliationTable::offLevel(std::size_t id) const {
 
 void FoliationTable::markLinear() {
   const Foliation& f = chart_.foliation();
-  linear_.assign(f.nodes.size(), 0);
   std::vector<char> listed(f.nodes.size(), 0);
   for (const std::size_t id : images_.linear) listed[id] = 1;
   for (std::size_t id = f.vertexCount; id < f.centerNode(); ++id) {
@@ -96,7 +114,7 @@ void FoliationTable::markLinear() {
 void FoliationTable::makeLinear(std::size_t id) {
   const Foliation& f = chart_.foliation();
   linear_[id] = 1;
-  slopes_.trust[id] = 0;
+  bends_.trust[id] = 0;
   if (id >= f.vertexCount && id < f.centerNode()) nodeGreen_[id] = levelGreen(id);
 }
 
@@ -155,8 +173,8 @@ class FoliationTable::CellMap {
     // no corner of.
     for (int k = 0; k < 4; ++k) {
       excess_[k].setZero();
-      if (const double trust = table_.slopes_.trust[node_[k]]; trust > 0)
-        excess_[k] = 0.5 * trust * (table_.slopes_.slope[node_[k]].cast<double>() - linearSlope_);
+      if (const double trust = table_.bends_.trust[node_[k]]; trust > 0)
+        excess_[k] = 0.5 * trust * (table_.slope_[node_[k]].cast<double>() - linearSlope_);
     }
     prepared_ = true;
   }
@@ -183,7 +201,7 @@ class FoliationTable::CellMap {
 };
 
 void FoliationTable::limitSlopes() {
-  std::vector<float> limit(slopes_.trust.size(), 1);
+  std::vector<float> limit(bends_.trust.size(), 1);
   parallelChunks(chart_.foliation().cellCount(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t id = begin; id < end; ++id) {
       CellMap cell(*this, id);
@@ -192,8 +210,8 @@ void FoliationTable::limitSlopes() {
       const Mat3 inverse = cell.linearSlope_.inverse();
       for (int k = 0; k < 4; ++k) {
         const std::uint32_t node = cell.node_[k];
-        if (!(slopes_.trust[node] > 0)) continue;
-        const Mat3 excess = 0.5 * (slopes_.slope[node].cast<double>() - cell.linearSlope_);
+        if (!(bends_.trust[node] > 0)) continue;
+        const Mat3 excess = 0.5 * (slope_[node].cast<double>() - cell.linearSlope_);
         const double ratio = (inverse * excess).norm();
         const double trust = std::clamp((kMostExcess - ratio) / (kMostExcess - kFreeExcess), 0.0, 1.0);
         // The smallest of all, whoever writes it.
@@ -205,7 +223,7 @@ void FoliationTable::limitSlopes() {
       }
     }
   });
-  for (std::size_t id = 0; id < limit.size(); ++id) slopes_.trust[id] *= limit[id];
+  for (std::size_t id = 0; id < limit.size(); ++id) bends_.trust[id] *= limit[id];
 }
 
 // Whether the cell's own map turns over at its middle or near a corner.
@@ -323,12 +341,21 @@ FoliationTable::Value FoliationTable::CellMap::evaluate(const Vec3& x, const Eig
   return value;
 }
 
+// False where x is outside of the cell's box by more than any weight above -kThin allows.
+bool FoliationTable::mayHold(std::size_t id, const Vec3& x) const {
+  Bounds box;
+  for (const std::uint32_t node : chart_.foliation().cell(id)) box.include(chart_.foliation().nodes[node]);
+  const double margin = 6 * kThin * (box.max - box.min).maxCoeff();
+  return box.squaredDistance(x) <= margin * margin;
+}
+
 std::optional<FoliationTable::Location> FoliationTable::locate(const Vec3& x, std::size_t hint,
                                                                double slack) const {
   Location trial;
   std::optional<Location> best;
   double bestInside = -slack;
   const auto look = [&](std::size_t id) {
+    if (slack < kThin && !mayHold(id, x)) return false;
     const CellMap cell(*this, id);
     if (!cell.positive()) return false;
     trial.cell = id;

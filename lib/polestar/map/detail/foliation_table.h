@@ -16,7 +16,8 @@ namespace polestar::detail {
 /// Inner frame throughout.
 class FoliationTable {
  public:
-  FoliationTable(GreenChart chart, NodeImages images, RadiusProfile radius);
+  /// Without `bends` these are found, which is most of the work.
+  FoliationTable(GreenChart chart, NodeImages images, RadiusProfile radius, std::optional<NodeBends> bends);
 
   struct Location {
     std::size_t cell = 0;
@@ -55,6 +56,7 @@ class FoliationTable {
   std::optional<Vec3> inverseNear(const Vec3& y, std::size_t cell) const;
 
   const NodeImages& images() const { return images_; }
+  const NodeBends& bends() const { return bends_; }
 
  private:
   class CellMap;
@@ -72,7 +74,9 @@ class FoliationTable {
   double levelGreen(std::size_t node) const;
   bool offLevel(std::size_t node) const;
   bool folds(std::size_t cell) const;
+  bool mayHold(std::size_t cell, const Vec3& x) const;
   void makeLinear(std::size_t node);
+  void findBends();
   void markLinear();
   void limitSlopes();
   void straightenFolds();
@@ -80,8 +84,9 @@ class FoliationTable {
   GreenChart chart_;
   NodeImages images_;
   RadiusProfile radius_;
-  ImageSlopes slopes_;
-  std::vector<char> linear_;       ///< corners of cells with linear nodes
+  std::vector<Eigen::Matrix3f> slope_;  ///< see ImageSlopes
+  NodeBends bends_;
+  std::vector<char> linear_;       ///< 1 for bends_.straight
   std::vector<double> nodeGreen_;  ///< G at every node, 0 on the surface; the center's is not used
   AabbTree tree_;                  ///< over prisms, then over the cells at the center
   std::unique_ptr<ImageTree> imageTree_ = std::make_unique<ImageTree>();  ///< the same of their images

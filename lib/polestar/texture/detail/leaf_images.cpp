@@ -1,6 +1,9 @@
 #include "polestar/texture/detail/leaf_images.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
 
 namespace polestar::detail {
 namespace {
@@ -11,6 +14,7 @@ constexpr int kSpacing = 2;                   // of the nodes, voxels
 constexpr int kNodes = kLeaf / kSpacing + 1;  // along an axis of a leaf
 constexpr int kAllNodes = kNodes * kNodes * kNodes;
 constexpr double kTolerance = 0.1;  // of what a voxel covers
+const Vec3 kNowhere = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
 
 /// Values and slopes, per voxel, of the quadratic polynomials that are 1 at one of three nodes and 0 at the
 /// others.
@@ -76,34 +80,187 @@ std::array<Vec3, N / 3> contract(const Weights& weights, const std::array<Vec3, 
   return result;
 }
 
+/// Counted from the first voxel of a leaf.
+using Voxel = std::array<int, 3>;
+
+Voxel voxelAt(std::uint16_t place) { return {place >> 6, place >> 3 & 7, place & 7}; }
+
+/// A cube of voxels whose places are those of `rest`, taken onward.
+class Brick {
+ public:
+  Brick(const SolidGrids& mapped, const TextureRoute& route, const std::array<int, 3>& lowest, int size)
+      : size_(size) {
+    const SolidGrids::Cube cube = mapped.readCube("rest", lowest, size);
+    places_.resize(cube.values.size());
+    inside_.resize(places_.size());
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      places_[i] = cube.active[i] ? Vec3(cube.values[i].cast<double>()) : kNowhere;
+      inside_[i] = cube.active[i] && cube.signedDistance[i] < 0;
+    }
+    route.onward(places_, places_);
+  }
+
+  std::size_t index(const Voxel& v) const {
+    return static_cast<std::size_t>((v[0] * size_ + v[1]) * size_ + v[2]);
+  }
+  const Vec3& place(std::size_t i) const { return places_[i]; }
+
+  /// Of a voxel that is not at the rim, the images of its edges: half the way between its neighbours, or all
+  /// the way to the one that there is. Columns without a neighbour are 0.
+  Mat3 edges(std::size_t i) const {
+    const auto isThere = [&](std::size_t k) { return places_[k].allFinite(); };
+    Mat3 result = Mat3::Zero();
+    if (!isThere(i)) return result;
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::size_t before = i - stride(axis), after = i + stride(axis);
+      const std::size_t from = isThere(before) ? before : i, to = isThere(after) ? after : i;
+      if (from != to)
+        result.col(axis) = (places_[to] - places_[from]) / (from == before && to == after ? 2 : 1);
+    }
+    return result;
+  }
+
+  /// The same by voxels inside alone, exact for quadratic maps where there are two on a side; of a voxel two
+  /// away from the rim. Nothing where they tell no derivative.
+  std::optional<Mat3> edgesInside(std::size_t i) const {
+    if (!inside_[i]) return std::nullopt;
+    Mat3 result = Mat3::Zero();
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto along = [&](std::ptrdiff_t step) {
+        return static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) +
+                                        step * static_cast<std::ptrdiff_t>(stride(axis)));
+      };
+      if (inside_[along(1)] && inside_[along(-1)]) {
+        result.col(axis) = (places_[along(1)] - places_[along(-1)]) / 2;
+        continue;
+      }
+      for (const std::ptrdiff_t side : {1, -1}) {
+        if (!inside_[along(side)]) continue;
+        const double sign = static_cast<double>(side);
+        const Vec3 first = places_[along(side)] - places_[i];
+        result.col(axis) = inside_[along(2 * side)]
+                               ? Vec3(sign * (2 * first - (places_[along(2 * side)] - places_[i]) / 2))
+                               : Vec3(sign * first);
+      }
+    }
+    if (!(std::abs(result.determinant()) > 0)) return std::nullopt;
+    return result;
+  }
+
+ private:
+  std::size_t stride(int axis) const {
+    return static_cast<std::size_t>(axis == 0 ? size_ * size_ : axis == 1 ? size_ : 1);
+  }
+
+  int size_;
+  std::vector<Vec3> places_;
+  std::vector<char> inside_;
+};
+
 /// One leaf on its way.
 class Leaf {
  public:
-  Leaf(const VoxelBatch& batch, LeafImages& images) : batch_(batch), images_(images) {
+  Leaf(const VoxelBatch& batch, const TextureRoute& route, const SolidGrids* mapped, LeafImages& images)
+      : batch_(batch), route_(route), mapped_(mapped), images_(images) {
     rank_.fill(-1);
     for (std::size_t i = 0; i < batch.places.size(); ++i)
       rank_[batch.places[i]] = static_cast<std::int16_t>(i);
   }
 
+  /// By `rest` alone, where the way ends in the ball.
+  void read(bool jacobians);
+
   /// How many blocks were filled.
-  std::size_t interpolate(const TextureRoute& route);
-  void askOthers(const TextureRoute& route);
-  void jacobiansOfOthers(const TextureRoute& route);
+  std::size_t interpolate();
+  void askOthers();
+  void jacobiansOfOthers();
   void jacobiansOfInterpolated();
 
  private:
   bool inside(int block) const;
-  Vec3 position(const Vec3& voxel) const { return batch_.corner + batch_.voxelSize * voxel; }
+  Vec3 position(const Voxel& v) const { return batch_.corner + batch_.voxelSize * Vec3(v[0], v[1], v[2]); }
+  std::array<int, 3> index(const Voxel& v, int offset) const {
+    return {batch_.first[0] + v[0] + offset, batch_.first[1] + v[1] + offset,
+            batch_.first[2] + v[2] + offset};
+  }
+  void ask(std::span<const Voxel> voxels, std::span<Vec3> places) const;
+  std::optional<Mat3> jacobianBelow(std::size_t outside) const;
   void fill(int block, const BlockNodes& nodes);
   Mat3 differences(std::size_t voxel) const;
   std::int16_t rankAt(int x, int y, int z) const { return rank_[(x * kLeaf + y) * kLeaf + z]; }
 
   const VoxelBatch& batch_;
+  const TextureRoute& route_;
+  const SolidGrids* mapped_;
   LeafImages& images_;
   std::array<std::int16_t, kVoxels> rank_;  // of a place in the leaf among the points; -1: none
   std::array<bool, kBlocks> filled_{};
   std::vector<std::size_t> others_;
 };
+
+/// Places of voxels, those of the next leaves towards +x, +y and +z included.
+void Leaf::ask(std::span<const Voxel> voxels, std::span<Vec3> places) const {
+  if (voxels.empty()) return;
+  std::vector<Vec3> points(voxels.size());
+  if (!mapped_) {
+    std::transform(voxels.begin(), voxels.end(), points.begin(), [&](const Voxel& v) { return position(v); });
+    return route_.map(points, places);
+  }
+  const SolidGrids::Cube rest = mapped_->readCube("rest", batch_.first, kLeaf + 1);
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    const auto [x, y, z] = voxels[i];
+    const auto at = static_cast<std::size_t>((x * rest.size + y) * rest.size + z);
+    points[i] = rest.active[at] ? Vec3(rest.values[at].cast<double>()) : kNowhere;
+  }
+  route_.onward(points, places);
+}
+
+void Leaf::read(bool jacobians) {
+  const int rim = jacobians ? 2 : 1;
+  const Brick brick(*mapped_, route_, index({0, 0, 0}, -rim), kLeaf + 2 * rim);
+  std::vector<std::size_t> open;
+  for (std::size_t i = 0; i < batch_.places.size(); ++i) {
+    const auto [x, y, z] = voxelAt(batch_.places[i]);
+    const std::size_t at = brick.index({x + rim, y + rim, z + rim});
+    images_.places[i] = brick.place(at);
+    images_.footprints[i] = brick.edges(at);
+    if (!jacobians) continue;
+    const std::optional<Mat3> edges = brick.edgesInside(at);
+    images_.jacobians[i] = edges ? Mat3(*edges / batch_.voxelSize) : Mat3(Mat3::Zero());
+    if (!edges) open.push_back(i);
+  }
+  // Beyond the surface places change along rays no more: the derivative there is that below.
+  std::vector<Mat3> below(open.size());
+  for (std::size_t k = 0; k < open.size(); ++k) {
+    const std::optional<Mat3> found = jacobianBelow(open[k]);
+    below[k] = found ? *found : Mat3(Mat3::Zero());
+    if (!found) others_.push_back(open[k]);
+  }
+  for (std::size_t k = 0; k < open.size(); ++k) images_.jacobians[open[k]] = below[k];
+}
+
+/// That of the first voxel on the way to the center that has one.
+std::optional<Mat3> Leaf::jacobianBelow(std::size_t outside) const {
+  constexpr int kSteps = 8;
+  const Vec3 center = route_.target().chart().green().shape().frame().origin;
+  const auto [x, y, z] = voxelAt(batch_.places[outside]);
+  const Vec3 from(x, y, z);
+  const Vec3 step = ((center - batch_.corner) / batch_.voxelSize - from).normalized();
+  const int first = std::max(1, static_cast<int>(batch_.signedDistance[outside] / batch_.voxelSize));
+  for (int k = first; k < first + kSteps; ++k) {
+    const Vec3 at = from + k * step;
+    const Voxel voxel{static_cast<int>(std::lround(at.x())), static_cast<int>(std::lround(at.y())),
+                      static_cast<int>(std::lround(at.z()))};
+    if (std::all_of(voxel.begin(), voxel.end(), [](int v) { return v >= 0 && v < kLeaf; })) {
+      const std::int16_t rank = rankAt(voxel[0], voxel[1], voxel[2]);
+      if (rank >= 0 && !images_.jacobians[rank].isZero(0)) return images_.jacobians[rank];
+      continue;
+    }
+    const Brick brick(*mapped_, route_, index(voxel, -2), 5);
+    if (const auto edges = brick.edgesInside(brick.index({2, 2, 2}))) return *edges / batch_.voxelSize;
+  }
+  return std::nullopt;
+}
 
 bool Leaf::inside(int block) const {
   const auto [x, y, z] = blockOrigin(block);
@@ -114,10 +271,10 @@ bool Leaf::inside(int block) const {
   return true;
 }
 
-std::size_t Leaf::interpolate(const TextureRoute& route) {
+std::size_t Leaf::interpolate() {
   std::array<bool, kBlocks> candidate;
   std::array<bool, kAllNodes> wanted{};
-  std::vector<Vec3> points, places;
+  std::vector<Voxel> voxels;
   for (int block = 0; block < kBlocks; ++block) {
     candidate[block] = inside(block);
     if (!candidate[block]) continue;
@@ -125,16 +282,17 @@ std::size_t Leaf::interpolate(const TextureRoute& route) {
     for (int i = 0; i < 27; ++i) {
       wanted[nodeIndex(x / kSpacing + i / 9, y / kSpacing + i / 3 % 3, z / kSpacing + i % 3)] = true;
     }
-    for (const auto& at : kChecks) points.push_back(position(Vec3(x + at[0], y + at[1], z + at[2])));
+    for (const auto& at : kChecks) voxels.push_back({x + at[0], y + at[1], z + at[2]});
   }
-  const std::size_t checks = points.size();
+  const std::size_t checks = voxels.size();
   if (checks == 0) return 0;
   for (int i = 0; i < kAllNodes; ++i) {
     if (!wanted[i]) continue;
-    points.push_back(position(kSpacing * Vec3(i / (kNodes * kNodes), i / kNodes % kNodes, i % kNodes)));
+    voxels.push_back(
+        {kSpacing * (i / (kNodes * kNodes)), kSpacing * (i / kNodes % kNodes), kSpacing * (i % kNodes)});
   }
-  places.resize(points.size());
-  route.map(points, places);
+  std::vector<Vec3> places(voxels.size());
+  ask(voxels, places);
 
   std::array<Vec3, kAllNodes> nodes;
   std::size_t next = checks;
@@ -183,17 +341,17 @@ void Leaf::fill(int block, const BlockNodes& nodes) {
   }
 }
 
-void Leaf::askOthers(const TextureRoute& route) {
-  std::vector<Vec3> points, places;
+void Leaf::askOthers() {
+  std::vector<Voxel> voxels;
   for (std::size_t i = 0; i < batch_.places.size(); ++i) {
     const int place = batch_.places[i];
     const int block = (place >> 8 << 2) | (place >> 5 & 1) << 1 | (place >> 2 & 1);
     if (filled_[block]) continue;
     others_.push_back(i);
-    points.push_back(batch_.points[i]);
+    voxels.push_back(voxelAt(batch_.places[i]));
   }
-  places.resize(points.size());
-  route.map(points, places);
+  std::vector<Vec3> places(voxels.size());
+  ask(voxels, places);
   for (std::size_t k = 0; k < others_.size(); ++k) images_.places[others_[k]] = places[k];
   for (const std::size_t i : others_) images_.footprints[i] = differences(i);
 }
@@ -201,7 +359,8 @@ void Leaf::askOthers(const TextureRoute& route) {
 // Outside the solid, where places do not change along rays, these are what the eye sees there.
 Mat3 Leaf::differences(std::size_t voxel) const {
   const int place = batch_.places[voxel];
-  const std::array<int, 3> at{place >> 6, place >> 3 & 7, place & 7}, strides{64, 8, 1};
+  const Voxel at = voxelAt(batch_.places[voxel]);
+  const std::array<int, 3> strides{64, 8, 1};
   Mat3 edges = Mat3::Zero();
   for (int axis = 0; axis < 3; ++axis) {
     const auto image = [&](int step) -> const Vec3* {
@@ -219,11 +378,11 @@ Mat3 Leaf::differences(std::size_t voxel) const {
   return edges;
 }
 
-void Leaf::jacobiansOfOthers(const TextureRoute& route) {
+void Leaf::jacobiansOfOthers() {
   std::vector<Vec3> points;
   for (const std::size_t i : others_) points.push_back(batch_.points[i]);
   std::vector<Mat3> jacobians(points.size());
-  route.jacobian(points, jacobians);
+  route_.jacobian(points, jacobians);
   for (std::size_t k = 0; k < others_.size(); ++k) images_.jacobians[others_[k]] = jacobians[k];
 }
 
@@ -237,14 +396,17 @@ void Leaf::jacobiansOfInterpolated() {
 void LeafImager::locate(const VoxelBatch& batch, LeafImages& images) const {
   images.places.resize(batch.points.size());
   images.footprints.resize(batch.points.size());
-  Leaf leaf(batch, images);
-  interpolated_ += leaf.interpolate(route_);
-  leaf.askOthers(route_);
-  blocks_ += kBlocks;
-  if (!jacobians_) return;
-  images.jacobians.resize(batch.points.size());
-  leaf.jacobiansOfInterpolated();
-  leaf.jacobiansOfOthers(route_);
+  if (jacobians_) images.jacobians.resize(batch.points.size());
+  Leaf leaf(batch, route_, mapped_, images);
+  if (mapped_ && !route_.source()) {
+    leaf.read(jacobians_);
+  } else {
+    interpolated_ += leaf.interpolate();
+    leaf.askOthers();
+    blocks_ += kBlocks;
+    if (jacobians_) leaf.jacobiansOfInterpolated();
+  }
+  if (jacobians_) leaf.jacobiansOfOthers();
 }
 
 }  // namespace polestar::detail
