@@ -423,7 +423,7 @@ class BatchCommand final : public Command {
   bool hopeless(std::size_t task, const std::vector<TaskResult>& results) const {
     if (results[task].state == TaskState::failed) {
       const int code = results[task].exitCode;
-      return code == 2 || (code >= 4 && code < 128);
+      return code == 2 || (code >= 4 && code <= 7);
     }
     const auto& after = plan_.tasks[task].after;
     return std::any_of(after.begin(), after.end(),

@@ -50,7 +50,12 @@ std::string contentOf(const Descriptor& file) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   // The parent may have ended before this was asked for.
   if (getppid() != parent) _exit(128 + SIGTERM);
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, SIG_DFL);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+    // What nohup or a shell's background job ignores stays ignored.
+    struct sigaction current {};
+    if (sigaction(number, nullptr, &current) == 0 && current.sa_handler != SIG_IGN)
+      std::signal(number, SIG_DFL);
+  }
   const int in = open("/dev/null", O_RDONLY);
   int code = 1;
   if (in >= 0 && dup2(in, STDIN_FILENO) >= 0 && dup2(out, STDOUT_FILENO) >= 0 &&

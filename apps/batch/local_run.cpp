@@ -242,7 +242,8 @@ class Run {
     }
     record(task, result, answer);
     if (result.state != TaskState::failed) return;
-    const bool mayPass = end.signal != 0 || end.exitCode == 1 || end.exitCode == 3;
+    // 130: somebody ended this task alone.
+    const bool mayPass = end.signal != 0 || end.exitCode == 1 || end.exitCode == 3 || end.exitCode == 130;
     if (mayPass && result.attempts <= options_.retries) {
       context_.log(LogLevel::warning, task.label() + " failed and is tried again: " + result.error);
       result.state = TaskState::waiting;
