@@ -43,7 +43,9 @@ class TransferCommand final : public Command {
            "A name such as kiwi (see --list), a .vdb with Cd, color or other grids, or a numbered stack of "
            "slices such as scan/slice.####.png")
         ->type_name("");
-    app.add_option("TARGET", target_, "The solid to fill: a .pmap, or the .vdb beside it")->type_name("");
+    app.add_option("TARGET", target_,
+                   "The solid to fill: a .pmap, the .vdb beside it, or any .vdb with a level set or fog")
+        ->type_name("");
     app.add_flag("--list", list_, "Name the textures there are, with their parameters, and do nothing else");
     app.add_option("--set", settings_, "A parameter of a texture by name; may be given often")
         ->type_name("NAME=VALUE")
@@ -103,7 +105,7 @@ class TransferCommand final : public Command {
     checkArguments(session);
     const fs::path output = session.options().output;
     checkOutput(output, session.options().overwrite, session.inputs());
-    const BallMap target = loadMap(target_, session);
+    const BallMap target = loadOrMakeMap(target_, "target", session);
     const double voxel = voxelSize(target);
     if (session.options().dryRun) return plan(target, voxel, session);
     OutputGuard guard({output});

@@ -15,5 +15,6 @@ std::unique_ptr<Command> makeRenderCommand();
 std::unique_ptr<Command> makeTransferCommand();
 std::unique_ptr<Command> makeWarpCommand();
 std::unique_ptr<Command> makeVerifyCommand();
+std::unique_ptr<Command> makeConvertCommand();
 
 }  // namespace polestar::cli

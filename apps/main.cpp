@@ -14,5 +14,6 @@ int main(int argc, char** argv) {
   commands.push_back(makeTransferCommand());
   commands.push_back(makeRenderCommand());
   commands.push_back(makeWarpCommand());
+  commands.push_back(makeConvertCommand());
   return runCommandLine(commands, argc, argv);
 }

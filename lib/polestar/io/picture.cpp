@@ -21,10 +21,6 @@ float shoulder(float x) {
   return kShoulderStart + range * (1 - std::exp(-(x - kShoulderStart) / range));
 }
 
-float srgbFromLinear(float x) {
-  return x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f;
-}
-
 /// Ordered dither in (-1/2, 1/2): the fractional parts of a plane with golden-ratio-like slopes, whose errors
 /// lie at high spatial frequencies.
 float dither(int x, int y) {
@@ -65,7 +61,7 @@ std::vector<std::uint8_t> quantized(const std::vector<float>& values, int width,
 
 float displayValue(float linear) {
   if (!(linear > 0)) return 0;
-  return std::min(1.0f, srgbFromLinear(shoulder(linear)));
+  return std::min(1.0f, detail::srgbFromLinear(shoulder(linear)));
 }
 
 float linearFromSrgbValue(float code) {
@@ -99,6 +95,10 @@ std::size_t largestPngBytes(const Picture& picture) {
 }
 
 namespace detail {
+
+float srgbFromLinear(float x) {
+  return x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f;
+}
 
 void checkPicture(const Picture& picture) {
   const std::size_t pixels = std::size_t{1} * std::max(0, picture.width) * std::max(0, picture.height);

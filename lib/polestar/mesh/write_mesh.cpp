@@ -94,13 +94,6 @@ std::string stlBytes(const TriMesh& mesh, const std::string& comment) {
   return out;
 }
 
-std::string bytesFor(const std::string& extension, const TriMesh& mesh, const std::string& comment) {
-  if (extension == ".obj") return objBytes(mesh, comment);
-  if (extension == ".ply") return plyBytes(mesh, comment);
-  if (extension == ".off") return offBytes(mesh);
-  return stlBytes(mesh, comment);
-}
-
 }  // namespace
 
 bool isMeshOutputName(const std::filesystem::path& path) {
@@ -108,14 +101,22 @@ bool isMeshOutputName(const std::filesystem::path& path) {
   return extension == ".obj" || extension == ".ply" || extension == ".off" || extension == ".stl";
 }
 
+std::string meshBytes(const std::string& extension, const TriMesh& mesh, const std::string& comment) {
+  if (mesh.triangles.size() > std::numeric_limits<std::uint32_t>::max())
+    throw Error(Errc::usage, "too many triangles for a mesh file");
+  if (extension == ".obj") return objBytes(mesh, comment);
+  if (extension == ".ply") return plyBytes(mesh, comment);
+  if (extension == ".off") return offBytes(mesh);
+  if (extension == ".stl") return stlBytes(mesh, comment);
+  throw Error(Errc::usage, "meshes are written as .obj, .ply, .off or .stl");
+}
+
 void writeMesh(const std::filesystem::path& path, const TriMesh& mesh, const std::string& comment) {
   if (!isMeshOutputName(path)) {
     throw Error(Errc::usage,
                 "cannot write " + path.string() + ": meshes are written as .obj, .ply, .off or .stl");
   }
-  if (mesh.triangles.size() > std::numeric_limits<std::uint32_t>::max())
-    throw Error(Errc::usage, "cannot write " + path.string() + ": too many triangles");
-  detail::writeWhole(path, bytesFor(detail::lowerExtension(path), mesh, comment));
+  detail::writeWhole(path, meshBytes(detail::lowerExtension(path), mesh, comment));
 }
 
 }  // namespace polestar

@@ -1,13 +1,13 @@
 // readGridInfo: what a .vdb holds, of ours or of others.
 
 #include "polestar/core/error.h"
+#include "polestar/vdb/detail/grid_parts.h"
 #include "polestar/vdb/detail/vdb_file.h"
 #include "polestar/vdb/solid_grids.h"
 
 namespace polestar {
-namespace {
 
-GridInfo describe(const openvdb::GridBase& grid) {
+GridInfo detail::describeGrid(const openvdb::GridBase& grid) {
   GridInfo info;
   info.name = grid.getName();
   info.valueType = grid.valueType();
@@ -20,21 +20,28 @@ GridInfo describe(const openvdb::GridBase& grid) {
       info.indexMin[k] = box.min()[k];
       info.indexMax[k] = box.max()[k];
     }
+    for (int corner = 0; corner < 8; ++corner) {
+      const openvdb::Vec3d index(corner & 1 ? box.max().x() + 0.5 : box.min().x() - 0.5,
+                                 corner & 2 ? box.max().y() + 0.5 : box.min().y() - 0.5,
+                                 corner & 4 ? box.max().z() + 0.5 : box.min().z() - 0.5);
+      const openvdb::Vec3d at = grid.transform().indexToWorld(index);
+      info.box.min = info.box.min.cwiseMin(Vec3(at.x(), at.y(), at.z()));
+      info.box.max = info.box.max.cwiseMax(Vec3(at.x(), at.y(), at.z()));
+    }
   }
   info.voxelSize = grid.voxelSize()[0];
+  info.role = detail::roleOf(grid);
   for (auto entry = grid.beginMeta(); entry != grid.endMeta(); ++entry) {
     info.metadata.emplace_back(entry->first, entry->second->str());
   }
   return info;
 }
 
-}  // namespace
-
 std::vector<GridInfo> readGridInfo(const std::filesystem::path& path) {
-  const openvdb::GridPtrVec grids = detail::readVdb(path);
+  const openvdb::GridPtrVec grids = detail::readVdb(path).grids;
   std::vector<GridInfo> infos;
   try {
-    for (const openvdb::GridBase::Ptr& grid : grids) infos.push_back(describe(*grid));
+    for (const openvdb::GridBase::Ptr& grid : grids) infos.push_back(detail::describeGrid(*grid));
   } catch (const openvdb::Exception& error) {
     throw Error(Errc::io, "cannot read " + path.string() + ": " + error.what());
   }
