@@ -297,8 +297,7 @@ class ConvertCommand final : public Command {
   TriMesh surfaceOf(const GridSet& grids, const fs::path& path, Session& session) const {
     return session.timed("mesh", [&] {
       const SampledGrids found = grids.lookUp();
-      const TriMesh mesh =
-          solidSurface(found, path.string(), {.level = edits_.iso(), .adaptivity = adaptivity_});
+      TriMesh mesh = solidSurface(found, path.string(), {.level = edits_.iso(), .adaptivity = adaptivity_});
       std::string left;
       for (const SampledGrid& grid : found.grids()) {
         const bool shape = &grid == found.solidGrid() || grid.name() == "density";
@@ -307,14 +306,7 @@ class ConvertCommand final : public Command {
       for (const LeftOutGrid& grid : found.leftOut()) left += (left.empty() ? "" : ", ") + grid.name;
       if (!left.empty())
         session.context().log(LogLevel::warning, "left out, a mesh has no place for them: " + left);
-      if (edgesPair(mesh)) return mesh;
-      const SurfaceReport report = inspectSurface(mesh);
-      if (report.boundaryEdges == 0) return mesh;
-      throw Error(Errc::invalidSurface,
-                  path.string() + ": the surface of the grid " + found.solidGrid()->name() +
-                      " is open, near " +
-                      shortPoint(report.holes.empty() ? mesh.vertices[0] : report.holes[0].center) +
-                      ": its values end before it closes; pad the grid or clip less of it");
+      return mesh;
     });
   }
 

@@ -97,7 +97,7 @@ TEST_F(Convert, AMeshToGridsAndBack) {
       EXPECT_NEAR(volumeProperties(back).volume, volume, 0.01 * volume) << grid;
     }
   }
-  run({folder_ / "ring.vdb", "-o", folder_ / "fewer.stl", "--adaptivity", "0.5", "-q"});
+  run({folder_ / "ring.vdb", "-o", folder_ / "fewer.stl", "--adaptivity", "0.1", "-q"});
   const TriMesh fewer = readMesh(folder_ / "fewer.stl").mesh;
   EXPECT_LT(fewer.triangles.size(), readMesh(folder_ / "back.off").mesh.triangles.size() / 2);
   EXPECT_NEAR(volumeProperties(fewer).volume, volume, 0.02 * volume);
@@ -223,7 +223,7 @@ TEST_F(Convert, SequencesAndSlices) {
 }
 
 TEST_F(Convert, OtherCommandsReadGridsAsMeshes) {
-  run({body("star.obj", smoothStar(3)), "-o", folder_ / "star.vdb", "--dim", "40"});
+  run({body("star.obj", smoothStar(3)), "-o", folder_ / "star.vdb", "--dim", "20"});
   const nlohmann::json checked = runTool({"check", folder_ / "star.vdb", "--json"}).json();
   EXPECT_EQ(checked["star"], true);
   run({folder_ / "star.vdb", "--as", "density", "--rename", "density=smoke", "-o", folder_ / "fog.vdb"});
