@@ -1,8 +1,10 @@
 // Stacks of slices out, and back in again.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <cmath>
+#include <csignal>
 
 #include "polestar/core/error.h"
 #include "polestar/io/slice_stack.h"
@@ -102,6 +104,23 @@ TEST_F(WriteSlices, LayersKeepTheirShape) {
       EXPECT_LT((at(back, "Cd", true, x) - Vec3f(0.1f * i, 0.2f * z, 0.5f)).norm(), 1e-6);
     }
   }
+}
+
+// A file that cannot grow is what a full disk looks like.
+TEST_F(WriteSlices, NoticeAFullDisk) {
+  const SampledGrids grids = colored();
+  const SliceLayout stack = planSlices(grids);
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{200, before.rlim_max};
+  for (const char* name : {"f.##.png", "f.##.tif", "f.##.exr"}) {
+    setrlimit(RLIMIT_FSIZE, &small);
+    EXPECT_THROW(writeSlices(FramePath(pattern(name)), grids, stack), Error) << name;
+    setrlimit(RLIMIT_FSIZE, &before);
+  }
+  std::signal(SIGXFSZ, handler);
+  EXPECT_EQ(folder_.entries(), 0U);
 }
 
 TEST_F(WriteSlices, SayWhatToPick) {

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <memory>
+
+#include <OpenImageIO/filesystem.h>
 
 #include "polestar/core/atomic_file.h"
 #include "polestar/core/error.h"
@@ -121,9 +124,18 @@ void writeImage(const std::filesystem::path& path, const char* format, OIIO::Ima
       throw Error(Errc::io,
                   "cannot write " + path.string() + ": OpenImageIO has no writer for " + std::string(format));
     }
+    // In memory first, where the format allows: a full disk is what OpenImageIO does not notice.
+    std::vector<unsigned char> bytes;
+    OIIO::Filesystem::IOVecOutput memory(bytes);
+    const bool inMemory = output->supports("ioproxy") && output->set_ioproxy(&memory);
     if (!output->open(temporary.string(), spec) || !output->write_image(type, pixels) || !output->close()) {
       throw Error(Errc::io, "cannot write " + path.string() + ": " + output->geterror());
     }
+    if (!inMemory) return;
+    std::ofstream out(temporary, std::ios::binary);
+    out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    out.close();
+    if (!out) throw Error(Errc::io, "cannot write " + path.string() + ": the disk may be full");
   });
 }
 
