@@ -17,7 +17,9 @@ class CheckCommand final : public Command {
   }
 
   void addOptions(CLI::App& app) override {
-    app.add_option("MESH", mesh_, "Surface mesh: .obj, .ply, .stl or .off")->required()->type_name("");
+    app.add_option("MESH", mesh_, "Surface mesh: .obj, .ply, .stl or .off; or a .vdb with a level set or fog")
+        ->required()
+        ->type_name("");
     addCenterOption(app, star_.center);
     app.add_option("--rays", star_.rays, "Rays over the sphere for the second opinion; 0: none")
         ->check(CLI::NonNegativeNumber.description(""))

@@ -34,7 +34,9 @@ class MapCommand final : public Command {
   }
 
   void addOptions(CLI::App& app) override {
-    app.add_option("MESH", mesh_, "Surface mesh: .obj, .ply, .stl or .off")->required()->type_name("");
+    app.add_option("MESH", mesh_, "Surface mesh: .obj, .ply, .stl or .off; or a .vdb with a level set or fog")
+        ->required()
+        ->type_name("");
     size_.addOptions(app, "the mesh's", kDefaultDim);
     addMapOptions(app, choices_);
     app.add_flag(

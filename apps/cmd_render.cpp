@@ -1,7 +1,6 @@
 // polestar render: pictures of a solid, cut open, in its coordinates, a texture, or the colors of its grids.
 
 #include <algorithm>
-#include <functional>
 #include <map>
 #include <numbers>
 
@@ -39,25 +38,6 @@ struct Totals {
     seconds += rendering.seconds;
   }
   double raysPerSecond() const { return seconds > 0 ? static_cast<double>(primary + light) / seconds : 0; }
-};
-
-/// While it lives, the progress of one frame is shown as its share of all.
-class FrameProgress {
- public:
-  FrameProgress(Context& context, std::size_t frame, std::size_t frames)
-      : context_(context), whole_(context.onProgress) {
-    if (!whole_) return;
-    context.onProgress = [this, frame, frames](std::string_view stage, double fraction) {
-      whole_(stage, (static_cast<double>(frame) + fraction) / static_cast<double>(frames));
-    };
-  }
-  ~FrameProgress() { context_.onProgress = whole_; }
-  FrameProgress(const FrameProgress&) = delete;
-  FrameProgress& operator=(const FrameProgress&) = delete;
-
- private:
-  Context& context_;
-  std::function<void(std::string_view, double)> whole_;
 };
 
 class RenderCommand final : public Command {

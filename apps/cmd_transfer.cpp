@@ -3,6 +3,7 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -43,7 +44,9 @@ class TransferCommand final : public Command {
            "A name such as kiwi (see --list), a .vdb with Cd, color or other grids, or a numbered stack of "
            "slices such as scan/slice.####.png")
         ->type_name("");
-    app.add_option("TARGET", target_, "The solid to fill: a .pmap, or the .vdb beside it")->type_name("");
+    app.add_option("TARGET", target_,
+                   "The solid to fill: a .pmap, the .vdb beside it, or any .vdb with a level set or fog")
+        ->type_name("");
     app.add_flag("--list", list_, "Name the textures there are, with their parameters, and do nothing else");
     app.add_option("--set", settings_, "A parameter of a texture by name; may be given often")
         ->type_name("NAME=VALUE")
@@ -103,7 +106,7 @@ class TransferCommand final : public Command {
     checkArguments(session);
     const fs::path output = session.options().output;
     checkOutput(output, session.options().overwrite, session.inputs());
-    const BallMap target = loadMap(target_, session);
+    const BallMap target = loadOrMakeMap(target_, "target", session);
     // The target's own .vdb, where that is what was named and no other size is asked for.
     const bool own = target_.extension() == ".vdb" && !size_.given();
     if (own) readMapped(session);
@@ -152,7 +155,17 @@ class TransferCommand final : public Command {
     if (!landmarks_.empty()) session.addInput(landmarks_);
   }
 
+  /// The coordinates that `map` has written and judged: not those of a file without its map, which has just got
+  /// another one, nor those that were resampled since.
   void readMapped(Session& session) {
+    if (!fs::exists(mapFileBeside(target_))) return;
+    const std::vector<GridHeader> headers = readGridHeaders(target_);
+    const bool judged = std::any_of(headers.begin(), headers.end(), [](const GridHeader& grid) {
+      return grid.name == "rest" &&
+             std::any_of(grid.metadata.begin(), grid.metadata.end(),
+                         [](const auto& entry) { return entry.first == "polestar:certificate"; });
+    });
+    if (!judged) return;
     std::optional<SolidGrids> grids = session.timed("load_grids", [&] { return SolidGrids::read(target_); });
     if (grids) options_.mapped = std::make_shared<const SolidGrids>(std::move(*grids));
   }

@@ -17,6 +17,7 @@ std::unique_ptr<Command> makeRenderCommand();
 std::unique_ptr<Command> makeTransferCommand();
 std::unique_ptr<Command> makeWarpCommand();
 std::unique_ptr<Command> makeVerifyCommand();
+std::unique_ptr<Command> makeConvertCommand();
 
 /// All of them, in the order of the help.
 std::vector<std::unique_ptr<Command>> makeCommands();

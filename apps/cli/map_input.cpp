@@ -227,6 +227,32 @@ BallMap makeMap(const std::filesystem::path& mesh, const MapChoices& choices, Se
   return map;
 }
 
+BallMap mapOwnSurface(const SampledGrids& grids, const std::string& name, const std::string& whose,
+                      Session& session) {
+  const bool hadOne = !grids.metadata("polestar:map_hash").empty();
+  session.context().log(
+      hadOne ? LogLevel::warning : LogLevel::info,
+      name + (hadOne ? ": its .pmap does not lie beside it, so its own surface gets a new map; "
+                       "name the .pmap if you have it"
+                     : ": no map is given or lies beside, its own surface gets one"));
+  return session.timed(whose == "target" ? "map_target" : "map_source", [&] {
+    try {
+      const ClosedSurface closed = verifyClosedSurface(repairMesh(solidSurface(grids, name)).mesh);
+      return mapToBall(verifyStarShape(closed, {}, session.context()), {}, session.context());
+    } catch (const Error& error) {
+      if (error.code() == Errc::cancelled) throw;
+      throw Error(error.code(), "the " + whose + "'s own body, the surface in " + name + ": " + error.what());
+    }
+  });
+}
+
+BallMap loadOrMakeMap(const std::filesystem::path& path, const std::string& whose, Session& session) {
+  if (path.extension() != ".vdb" || std::filesystem::exists(mapFileBeside(path)))
+    return loadMap(path, session);
+  const SampledGrids grids = session.timed("load", [&] { return SampledGrids(path); });
+  return mapOwnSurface(grids, path.string(), whose, session);
+}
+
 BallMap loadMap(const std::filesystem::path& path, Session& session) {
   const std::filesystem::path file = mapFileBeside(path);
   if (!std::filesystem::exists(file)) {

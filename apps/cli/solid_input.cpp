@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "cli/map_input.h"
 #include "cli/outputs.h"
 #include "cli/text.h"
 #include "polestar/core/error.h"
@@ -81,14 +82,46 @@ Rows starRows(const StarReport& star) {
   return rows;
 }
 
+MeshFile surfaceOfGrids(const std::filesystem::path& path, Session& session) {
+  const SampledGrids grids(path);
+  const std::filesystem::path beside = mapFileBeside(path);
+  if (!grids.metadata("polestar:map_hash").empty() && std::filesystem::exists(beside)) {
+    session.context().log(LogLevel::warning, path.string() + " has a map already, " + beside.string() +
+                                                 "; what is read here is the surface of its voxels, as if it "
+                                                 "had none");
+  }
+  return {solidSurface(grids, path.string()), "vdb", 0};
+}
+
 }  // namespace
+
+TriMesh solidSurface(const SampledGrids& grids, const std::string& name, const SurfaceChoice& choice) {
+  const SampledGrid* solid = grids.solidGrid();
+  if (!solid) {
+    throw Error(Errc::io, name +
+                              " does not say where a solid is: it has no level set and no fog, such as the "
+                              "grids surface and density");
+  }
+  std::optional<TriMesh> surface;
+  try {
+    surface = grids.extractSurface(choice);
+  } catch (const Error& error) {
+    throw Error(error.code(), name + ": " + error.what());
+  }
+  if (!surface) {
+    throw Error(Errc::io, name + ": the grid " + solid->name() + " has no surface where its value is " +
+                              shortNumber(choice.level.value_or(solid->isFog() ? 0.5 : 0)));
+  }
+  return std::move(*surface);
+}
 
 MeshFile loadMesh(const std::filesystem::path& path, Session& session) {
   if (isStandardStream(path)) {
     throw Error(Errc::usage,
                 "a mesh is not read from standard input, its format is told by its name; give a file");
   }
-  return session.timed("load", [&] { return readMesh(path); });
+  return session.timed(
+      "load", [&] { return path.extension() == ".vdb" ? surfaceOfGrids(path, session) : readMesh(path); });
 }
 
 InspectedSolid inspectSolid(const std::filesystem::path& path, const StarOptions& options, Session& session) {

@@ -19,20 +19,6 @@ namespace fs = std::filesystem;
 
 constexpr double kLandmarkReach = 0.05;  // of the box's diagonal
 
-/// The map of a surface that was found in a file of grids.
-BallMap mapOwnSurface(const TriMesh& surface, const std::string& name, Session& session) {
-  session.context().log(LogLevel::info, name + ": no map is given or lies beside, its own surface gets one");
-  return session.timed("map_source", [&] {
-    try {
-      const ClosedSurface closed = verifyClosedSurface(repairMesh(surface).mesh);
-      return mapToBall(verifyStarShape(closed, {}, session.context()), {}, session.context());
-    } catch (const Error& error) {
-      if (error.code() == Errc::cancelled) throw;
-      throw Error(error.code(), "the texture's own body, the surface in " + name + ": " + error.what());
-    }
-  });
-}
-
 void requireBall(const SampledGrids& grids, const std::string& name) {
   const std::string domain = grids.metadata("polestar:domain");
   if (domain.empty() || domain == "ball" || domain == "solid") return;
@@ -146,14 +132,13 @@ TextureBody loadTextureBody(const std::string& texture, const fs::path& source, 
   const fs::path beside = mapFileBeside(texture);
   if (textureKindOf(texture) == TextureKind::grids && fs::exists(beside))
     return {std::move(grids), loadMap(texture, session)};
-  const std::optional<TriMesh> surface = grids.extractSurface();
-  if (!surface) {
+  if (!grids.solidGrid()) {
     throw Error(Errc::usage,
                 texture + " does not say which solid it fills: it has no grid surface or density" +
                     (textureKindOf(texture) == TextureKind::slices ? " (no alpha channel)" : "") +
                     "; name the map of its solid by --source");
   }
-  BallMap map = mapOwnSurface(*surface, texture, session);
+  BallMap map = mapOwnSurface(grids, texture, "texture", session);
   return {std::move(grids), std::move(map)};
 }
 

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <memory>
+
+#include <OpenImageIO/filesystem.h>
 
 #include "polestar/core/atomic_file.h"
 #include "polestar/core/error.h"
@@ -19,10 +22,6 @@ float shoulder(float x) {
   if (x <= kShoulderStart) return x;
   constexpr float range = 1 - kShoulderStart;
   return kShoulderStart + range * (1 - std::exp(-(x - kShoulderStart) / range));
-}
-
-float srgbFromLinear(float x) {
-  return x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f;
 }
 
 /// Ordered dither in (-1/2, 1/2): the fractional parts of a plane with golden-ratio-like slopes, whose errors
@@ -65,7 +64,7 @@ std::vector<std::uint8_t> quantized(const std::vector<float>& values, int width,
 
 float displayValue(float linear) {
   if (!(linear > 0)) return 0;
-  return std::min(1.0f, srgbFromLinear(shoulder(linear)));
+  return std::min(1.0f, detail::srgbFromLinear(shoulder(linear)));
 }
 
 float linearFromSrgbValue(float code) {
@@ -100,6 +99,10 @@ std::size_t largestPngBytes(const Picture& picture) {
 
 namespace detail {
 
+float srgbFromLinear(float x) {
+  return x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f;
+}
+
 void checkPicture(const Picture& picture) {
   const std::size_t pixels = std::size_t{1} * std::max(0, picture.width) * std::max(0, picture.height);
   bool right = pixels > 0 && picture.rgba.size() == 4 * pixels;
@@ -121,9 +124,18 @@ void writeImage(const std::filesystem::path& path, const char* format, OIIO::Ima
       throw Error(Errc::io,
                   "cannot write " + path.string() + ": OpenImageIO has no writer for " + std::string(format));
     }
+    // In memory first, where the format allows: a full disk is what OpenImageIO does not notice.
+    std::vector<unsigned char> bytes;
+    OIIO::Filesystem::IOVecOutput memory(bytes);
+    const bool inMemory = output->supports("ioproxy") && output->set_ioproxy(&memory);
     if (!output->open(temporary.string(), spec) || !output->write_image(type, pixels) || !output->close()) {
       throw Error(Errc::io, "cannot write " + path.string() + ": " + output->geterror());
     }
+    if (!inMemory) return;
+    std::ofstream out(temporary, std::ios::binary);
+    out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    out.close();
+    if (!out) throw Error(Errc::io, "cannot write " + path.string() + ": the disk may be full");
   });
 }
 

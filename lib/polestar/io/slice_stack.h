@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "polestar/core/context.h"
+#include "polestar/io/frame_path.h"
 #include "polestar/vdb/sampled_grids.h"
 
 namespace polestar {
@@ -30,6 +31,29 @@ std::vector<std::filesystem::path> numberedFiles(const std::filesystem::path& pa
 /// @throws Error{Errc::io} for what cannot be read and for slices of unequal size or channels (the first that
 /// differs is named); what numberedFiles throws; Error{Errc::cancelled}.
 SampledGrids readSlices(const std::filesystem::path& pattern, const SliceOptions& options = {},
+                        Context& context = Context::quiet());
+
+/// Whether writeSlices can write to that name: .png, .tif, .tiff or .exr.
+bool isSliceOutputName(const std::filesystem::path& path);
+
+/// What a stack of slices shows, and where it lies: what readSlices wants back.
+struct SliceLayout {
+  std::string grid;    ///< `Cd` or `color`, or a grid of scalars
+  bool color = false;  ///< else gray
+  bool alpha = false;  ///< `density`, where it goes along with colors; else where the grid has values
+  int width = 0, height = 0, count = 0;
+  SliceOptions place;
+};
+
+/// The slices of a file's colors; of `density`, or its only grid of scalars, where it has none.
+/// @throws Error{Errc::usage} when there is no such grid, or several, and for voxels that lie askew.
+SliceLayout planSlices(const SampledGrids& grids);
+
+/// Writes them to pattern.at(1) ... pattern.at(count), laid out as readSlices reads them: .png of 16 bits a
+/// channel, colors sRGB and scalars linear, .tif and .exr of floats, linear. Each file is written atomically.
+/// Returns how many values .png had to clip to 0 or 1.
+/// @throws Error{Errc::io}; Error{Errc::cancelled}.
+std::size_t writeSlices(const FramePath& pattern, const SampledGrids& grids, const SliceLayout& stack,
                         Context& context = Context::quiet());
 
 }  // namespace polestar

@@ -46,4 +46,10 @@ MeshFile readMesh(const std::filesystem::path& path) {
   return detail::parseMesh(detail::loadMeshSource(path));
 }
 
+MeshFile readMesh(std::string bytes, const std::filesystem::path& name) {
+  detail::MeshSource source{name, std::move(bytes)};
+  if (source.bytes.empty()) source.fail("it is empty");
+  return detail::parseMesh(std::move(source));
+}
+
 }  // namespace polestar

@@ -27,4 +27,7 @@ struct MeshFile {
 /// number that is no number, NaN or infinite coordinates, no triangles.
 MeshFile readMesh(const std::filesystem::path& path);
 
+/// The same of a file's bytes, which came from somewhere else; `name` is for the format and for messages.
+MeshFile readMesh(std::string bytes, const std::filesystem::path& name);
+
 }  // namespace polestar

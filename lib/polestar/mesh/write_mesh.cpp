@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 
 #include "polestar/core/error.h"
@@ -35,6 +36,8 @@ std::string objBytes(const TriMesh& mesh, const std::string& comment) {
   return out;
 }
 
+static_assert(sizeof(Vec3) == 24 && sizeof(Triangle) == 12 && std::endian::native == std::endian::little);
+
 std::string plyBytes(const TriMesh& mesh, const std::string& comment) {
   std::string out =
       "ply\nformat binary_little_endian 1.0\n" + commentLines(comment, "comment ") + "element vertex ";
@@ -42,12 +45,15 @@ std::string plyBytes(const TriMesh& mesh, const std::string& comment) {
   out += "\nproperty double x\nproperty double y\nproperty double z\nelement face ";
   appendText(out, mesh.triangles.size());
   out += "\nproperty list uchar int vertex_indices\nend_header\n";
-  for (const Vec3& v : mesh.vertices) {
-    for (int k = 0; k < 3; ++k) appendBytes(out, v[k]);
-  }
+  std::size_t at = out.size();
+  out.resize(at + sizeof(Vec3) * mesh.vertices.size() + (1 + sizeof(Triangle)) * mesh.triangles.size());
+  // As they lie in memory: little-endian, as the machines that OpenVDB runs on.
+  std::memcpy(&out[at], mesh.vertices.data(), sizeof(Vec3) * mesh.vertices.size());
+  at += sizeof(Vec3) * mesh.vertices.size();
   for (const Triangle& t : mesh.triangles) {
-    out += '\3';
-    for (const std::int32_t index : t) appendBytes(out, index);
+    out[at] = '\3';
+    std::memcpy(&out[at + 1], t.data(), sizeof t);
+    at += 1 + sizeof t;
   }
   return out;
 }
@@ -94,13 +100,6 @@ std::string stlBytes(const TriMesh& mesh, const std::string& comment) {
   return out;
 }
 
-std::string bytesFor(const std::string& extension, const TriMesh& mesh, const std::string& comment) {
-  if (extension == ".obj") return objBytes(mesh, comment);
-  if (extension == ".ply") return plyBytes(mesh, comment);
-  if (extension == ".off") return offBytes(mesh);
-  return stlBytes(mesh, comment);
-}
-
 }  // namespace
 
 bool isMeshOutputName(const std::filesystem::path& path) {
@@ -108,14 +107,22 @@ bool isMeshOutputName(const std::filesystem::path& path) {
   return extension == ".obj" || extension == ".ply" || extension == ".off" || extension == ".stl";
 }
 
+std::string meshBytes(const std::string& extension, const TriMesh& mesh, const std::string& comment) {
+  if (mesh.triangles.size() > std::numeric_limits<std::uint32_t>::max())
+    throw Error(Errc::usage, "too many triangles for a mesh file");
+  if (extension == ".obj") return objBytes(mesh, comment);
+  if (extension == ".ply") return plyBytes(mesh, comment);
+  if (extension == ".off") return offBytes(mesh);
+  if (extension == ".stl") return stlBytes(mesh, comment);
+  throw Error(Errc::usage, "meshes are written as .obj, .ply, .off or .stl");
+}
+
 void writeMesh(const std::filesystem::path& path, const TriMesh& mesh, const std::string& comment) {
   if (!isMeshOutputName(path)) {
     throw Error(Errc::usage,
                 "cannot write " + path.string() + ": meshes are written as .obj, .ply, .off or .stl");
   }
-  if (mesh.triangles.size() > std::numeric_limits<std::uint32_t>::max())
-    throw Error(Errc::usage, "cannot write " + path.string() + ": too many triangles");
-  detail::writeWhole(path, bytesFor(detail::lowerExtension(path), mesh, comment));
+  detail::writeWhole(path, meshBytes(detail::lowerExtension(path), mesh, comment));
 }
 
 }  // namespace polestar

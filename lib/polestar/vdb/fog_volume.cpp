@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "polestar/core/error.h"
+#include "polestar/vdb/detail/grid_parts.h"
 #include "polestar/vdb/detail/vdb_file.h"
 
 namespace polestar {
@@ -17,17 +18,6 @@ using Intersector = openvdb::tools::VolumeRayIntersector<openvdb::FloatGrid>;
 using FogRay = openvdb::math::Ray<double>;
 
 openvdb::Vec3d toOpenVdb(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
-
-openvdb::FloatGrid::Ptr findDensity(const openvdb::GridPtrVec& grids) {
-  openvdb::FloatGrid::Ptr fog;
-  for (const openvdb::GridBase::Ptr& grid : grids) {
-    const auto scalar = openvdb::gridPtrCast<openvdb::FloatGrid>(grid);
-    if (!scalar) continue;
-    if (grid->getName() == "density") return scalar;
-    if (!fog && grid->getGridClass() == openvdb::GRID_FOG_VOLUME) fog = scalar;
-  }
-  return fog;
-}
 
 openvdb::Vec3SGrid::Ptr findColors(const openvdb::GridPtrVec& grids) {
   for (const char* name : {"Cd", "color"}) {
@@ -74,7 +64,7 @@ struct ToIndex {
 
 struct FogVolume::Data {
   ToIndex toDensity, toColor;
-  openvdb::FloatGrid::Ptr density;
+  openvdb::FloatGrid::ConstPtr density;
   openvdb::Vec3SGrid::Ptr colors;
   std::string densityName, colorName;
   float largest = 0;
@@ -82,9 +72,9 @@ struct FogVolume::Data {
 };
 
 FogVolume::FogVolume(const std::filesystem::path& path) {
-  const openvdb::GridPtrVec grids = detail::readVdb(path);
+  const openvdb::GridPtrVec grids = detail::readVdb(path).grids;
   auto data = std::make_shared<Data>();
-  data->density = findDensity(grids);
+  data->density = detail::findFog({grids.begin(), grids.end()});
   if (!data->density) {
     throw Error(Errc::io, path.string() + " has no fog: no grid density, and none of the class fog volume");
   }

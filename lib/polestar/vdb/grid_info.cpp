@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "polestar/core/error.h"
+#include "polestar/vdb/detail/grid_parts.h"
 #include "polestar/vdb/detail/vdb_archive.h"
 #include "polestar/vdb/detail/vdb_file.h"
 #include "polestar/vdb/detail/vdb_structure.h"
@@ -20,7 +21,9 @@ std::vector<std::pair<std::string, std::string>> metadataOf(const openvdb::MetaM
   return metadata;
 }
 
-GridInfo describe(const openvdb::GridBase& grid) {
+}  // namespace
+
+GridInfo detail::describeGrid(const openvdb::GridBase& grid) {
   GridInfo info;
   info.name = grid.getName();
   info.valueType = grid.valueType();
@@ -33,13 +36,20 @@ GridInfo describe(const openvdb::GridBase& grid) {
       info.indexMin[k] = box.min()[k];
       info.indexMax[k] = box.max()[k];
     }
+    for (int corner = 0; corner < 8; ++corner) {
+      const openvdb::Vec3d index(corner & 1 ? box.max().x() + 0.5 : box.min().x() - 0.5,
+                                 corner & 2 ? box.max().y() + 0.5 : box.min().y() - 0.5,
+                                 corner & 4 ? box.max().z() + 0.5 : box.min().z() - 0.5);
+      const openvdb::Vec3d at = grid.transform().indexToWorld(index);
+      info.box.min = info.box.min.cwiseMin(Vec3(at.x(), at.y(), at.z()));
+      info.box.max = info.box.max.cwiseMax(Vec3(at.x(), at.y(), at.z()));
+    }
   }
   info.voxelSize = grid.voxelSize()[0];
+  info.role = detail::roleOf(grid);
   info.metadata = metadataOf(grid);
   return info;
 }
-
-}  // namespace
 
 std::vector<GridHeader> readGridHeaders(const std::filesystem::path& path) {
   const std::string prefix = "cannot read " + path.string() + ": ";
@@ -65,10 +75,10 @@ std::vector<GridHeader> readGridHeaders(const std::filesystem::path& path) {
 }
 
 std::vector<GridInfo> readGridInfo(const std::filesystem::path& path) {
-  const openvdb::GridPtrVec grids = detail::readVdb(path);
+  const openvdb::GridPtrVec grids = detail::readVdb(path).grids;
   std::vector<GridInfo> infos;
   try {
-    for (const openvdb::GridBase::Ptr& grid : grids) infos.push_back(describe(*grid));
+    for (const openvdb::GridBase::Ptr& grid : grids) infos.push_back(detail::describeGrid(*grid));
   } catch (const openvdb::Exception& error) {
     throw Error(Errc::io, "cannot read " + path.string() + ": " + error.what());
   }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <mutex>
+#include <sstream>
 #include <type_traits>
 
 #include <openvdb/openvdb.h>
@@ -11,6 +12,7 @@
 #include <openvdb/tools/VolumeToMesh.h>
 #include <Eigen/Eigenvalues>
 
+#include "polestar/core/detail/parallel.h"
 #include "polestar/core/error.h"
 #include "polestar/vdb/detail/grid_parts.h"
 #include "polestar/vdb/detail/sampled_file.h"
@@ -124,8 +126,33 @@ struct SampledGrid::DataOf final : Data {
     vector = std::is_same_v<Tree, openvdb::Vec3STree>;
   }
 
+  /// Of leaves alone, and fast: files are clean nearly always.
+  bool leavesAreFinite() const {
+    using Leaf = typename Tree::LeafNodeType;
+    std::vector<const Leaf*> leaves;
+    tree->getNodes(leaves);
+    return detail::reduceChunks(
+        leaves.size(), 64, true,
+        [&](std::size_t begin, std::size_t end) {
+          bool finite = true;
+          for (std::size_t l = begin; l < end; ++l) {
+            const auto* values = leaves[l]->buffer().data();
+            for (openvdb::Index i = 0; i < Leaf::SIZE; ++i)
+              finite &= isFinite(values[i]) || !leaves[l]->isValueOn(i);
+          }
+          return finite;
+        },
+        [](bool a, bool b) { return a && b; });
+  }
+
   NotFinite notFinite() const override {
     NotFinite found;
+    if (leavesAreFinite()) {
+      auto tile = tree->cbeginValueOn();
+      tile.setMaxDepth(Tree::ValueOnCIter::LEAF_DEPTH - 1);
+      while (tile && isFinite(*tile)) ++tile;
+      if (!tile) return found;
+    }
     for (auto on = tree->cbeginValueOn(); on; ++on) {
       if (isFinite(*on)) continue;
       if (found.count++ == 0)
@@ -229,6 +256,7 @@ bool SampledGrid::isVector() const { return data_->vector; }
 const std::string& SampledGrid::name() const { return data_->name; }
 ValueRole SampledGrid::role() const { return data_->role; }
 bool SampledGrid::isLevelSet() const { return data_->grid->getGridClass() == openvdb::GRID_LEVEL_SET; }
+bool SampledGrid::isFog() const { return data_->grid->getGridClass() == openvdb::GRID_FOG_VOLUME; }
 bool SampledGrid::savedAsHalf() const { return data_->grid->saveFloatAsHalf(); }
 std::size_t SampledGrid::activeVoxels() const { return data_->grid->activeVoxelCount(); }
 SampledGrid::NotFinite SampledGrid::notFinite() const { return data_->notFinite(); }
@@ -236,6 +264,21 @@ SampledGrid::NotFinite SampledGrid::notFinite() const { return data_->notFinite(
 double SampledGrid::voxelSize() const {
   const openvdb::Vec3d size = data_->grid->voxelSize();
   return std::min({size.x(), size.y(), size.z()});
+}
+
+std::optional<Vec3> SampledGrid::voxelEdges() const {
+  const openvdb::math::Transform& transform = data_->grid->transform();
+  if (!transform.isLinear()) return std::nullopt;
+  const openvdb::Vec3d first = transform.indexToWorld(Coord(0, 0, 0));
+  Vec3 edges;
+  for (int k = 0; k < 3; ++k) {
+    Coord next(0, 0, 0);
+    next[k] = 1;
+    const Vec3 edge = toEigen(transform.indexToWorld(next) - first);
+    edges[k] = edge[k];
+    if (!(edge[k] > 0) || edge.norm() > edge[k] * (1 + 1e-9)) return std::nullopt;
+  }
+  return edges;
 }
 
 Box SampledGrid::activeBox() const {
@@ -258,6 +301,16 @@ void SampledGrid::sample(std::span<const Vec3> world, std::span<const Mat3> foot
   data_->sample(world, footprints, values, weights);
 }
 
+void detail::requireFinite(const SampledGrid& grid) {
+  const SampledGrid::NotFinite bad = grid.notFinite();
+  if (bad.count == 0) return;
+  std::ostringstream message;
+  message << "the grid " << grid.name() << " has " << bad.count
+          << (bad.count == 1 ? " voxel that is no number, at " : " voxels that are no numbers, the first at ")
+          << bad.first.transpose();
+  throw Error(Errc::io, message.str());
+}
+
 namespace {
 
 openvdb::GridCPtrVec constant(const openvdb::GridPtrVec& grids) { return {grids.begin(), grids.end()}; }
@@ -265,7 +318,7 @@ openvdb::GridCPtrVec constant(const openvdb::GridPtrVec& grids) { return {grids.
 }  // namespace
 
 SampledGrids::SampledGrids(const std::filesystem::path& path)
-    : SampledGrids(std::make_shared<const File>(File{constant(detail::readVdb(path))})) {}
+    : SampledGrids(std::make_shared<const File>(File{constant(detail::readVdb(path).grids)})) {}
 
 SampledGrids::SampledGrids(std::shared_ptr<const File> file) : file_(std::move(file)) {
   for (const auto& grid : file_->grids) {
@@ -295,42 +348,65 @@ std::string SampledGrids::metadata(const std::string& key) const {
   return entry ? entry->str() : "";
 }
 
-std::optional<TriMesh> SampledGrids::extractSurface() const {
-  auto grid = openvdb::gridConstPtrCast<openvdb::FloatGrid>(file_->named("surface"));
-  double level = 0;
-  if (!grid) {
-    grid = openvdb::gridConstPtrCast<openvdb::FloatGrid>(file_->named("density"));
-    level = 0.5;
-  }
-  if (!grid) return std::nullopt;
-  // In index space: OpenVDB's points are floats, which would lose a body far from the origin.
-  const auto inIndexSpace = openvdb::gridConstPtrCast<openvdb::FloatGrid>(
-      grid->copyGridReplacingTransform(openvdb::math::Transform::createLinearTransform()));
-  std::vector<openvdb::Vec3s> points;
-  std::vector<openvdb::Vec3I> triangles;
-  std::vector<openvdb::Vec4I> quads;
-  openvdb::tools::volumeToMesh(*inIndexSpace, points, triangles, quads, level);
+const SampledGrid* SampledGrids::solidGrid() const {
+  openvdb::GridBase::ConstPtr solid = detail::findLevelSet(file_->grids);
+  if (!solid) solid = detail::findFog(file_->grids);
+  const auto found = std::find_if(grids_.begin(), grids_.end(),
+                                  [&](const SampledGrid& grid) { return grid.data_->grid == solid; });
+  return found == grids_.end() ? nullptr : &*found;
+}
 
-  TriMesh mesh;
-  for (const openvdb::Vec3s& p : points)
-    mesh.vertices.push_back(toEigen(grid->transform().indexToWorld(openvdb::Vec3d(p))));
-  const auto add = [&](openvdb::Index32 a, openvdb::Index32 b, openvdb::Index32 c) {
-    mesh.triangles.push_back(
-        {static_cast<std::int32_t>(a), static_cast<std::int32_t>(b), static_cast<std::int32_t>(c)});
-  };
-  for (const openvdb::Vec3I& t : triangles) add(t[0], t[1], t[2]);
-  for (const openvdb::Vec4I& q : quads) {
-    // Along the shorter diagonal.
-    const auto length = [&](int i, int j) { return (points[q[i]] - points[q[j]]).lengthSqr(); };
-    if (length(0, 2) <= length(1, 3)) {
-      add(q[0], q[1], q[2]);
-      add(q[0], q[2], q[3]);
-    } else {
-      add(q[0], q[1], q[3]);
-      add(q[1], q[2], q[3]);
+namespace {
+
+/// Of a grid in index space: OpenVDB's points are floats, which would lose a body far from the origin.
+struct IndexSurface {
+  std::vector<openvdb::Vec3s> points;
+  std::vector<Triangle> triangles;
+
+  IndexSurface(const openvdb::FloatGrid& grid, double level, double adaptivity) {
+    std::vector<openvdb::Vec3I> cornersOfThree;
+    std::vector<openvdb::Vec4I> quads;
+    openvdb::tools::volumeToMesh(grid, points, cornersOfThree, quads, level, adaptivity);
+    triangles.reserve(cornersOfThree.size() + 2 * quads.size());
+    for (const openvdb::Vec3I& t : cornersOfThree) add(t[0], t[1], t[2]);
+    for (const openvdb::Vec4I& q : quads) {
+      // Along the shorter diagonal.
+      const auto length = [&](int i, int j) { return (points[q[i]] - points[q[j]]).lengthSqr(); };
+      if (length(0, 2) <= length(1, 3)) {
+        add(q[0], q[1], q[2]);
+        add(q[0], q[2], q[3]);
+      } else {
+        add(q[0], q[1], q[3]);
+        add(q[1], q[2], q[3]);
+      }
     }
   }
-  if (mesh.triangles.empty()) return std::nullopt;
+
+  void add(openvdb::Index32 a, openvdb::Index32 b, openvdb::Index32 c) {
+    triangles.push_back(
+        {static_cast<std::int32_t>(a), static_cast<std::int32_t>(b), static_cast<std::int32_t>(c)});
+  }
+};
+
+}  // namespace
+
+std::optional<TriMesh> SampledGrids::extractSurface(const SurfaceChoice& choice) const {
+  const SampledGrid* solid = solidGrid();
+  if (!solid) return std::nullopt;
+  detail::requireFinite(*solid);
+  const auto& grid = *solid->data_->grid;
+  const bool levelSet = solid->data_->grid == detail::findLevelSet(file_->grids);
+  IndexSurface surface(*openvdb::gridConstPtrCast<openvdb::FloatGrid>(grid.copyGridReplacingTransform(
+                           openvdb::math::Transform::createLinearTransform())),
+                       choice.level.value_or(levelSet ? 0 : 0.5), choice.adaptivity);
+  if (surface.triangles.empty()) return std::nullopt;
+  TriMesh mesh;
+  mesh.triangles = std::move(surface.triangles);
+  mesh.vertices.resize(surface.points.size());
+  detail::parallelChunks(mesh.vertices.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      mesh.vertices[i] = toEigen(grid.transform().indexToWorld(openvdb::Vec3d(surface.points[i])));
+  });
   if (volumeProperties(mesh).volume < 0) {
     for (Triangle& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
   }

@@ -23,6 +23,7 @@ class SampledGrid {
   const std::string& name() const;
   ValueRole role() const;
   bool isLevelSet() const;
+  bool isFog() const;
   bool savedAsHalf() const;
   std::size_t activeVoxels() const;
   /// Of the voxels with a value: how many are NaN or infinite, and the world place of the first.
@@ -32,6 +33,8 @@ class SampledGrid {
   };
   NotFinite notFinite() const;
   double voxelSize() const;  ///< world units; of the finest axis
+  /// Edges of a voxel along x, y and z; nothing where voxels lie askew.
+  std::optional<Vec3> voxelEdges() const;
   /// World box of the centers of the active voxels.
   Box activeBox() const;
 
@@ -55,6 +58,12 @@ class SampledGrid {
   std::shared_ptr<const Data> data_;
 };
 
+/// Which surface of a file's grids is meant.
+struct SurfaceChoice {
+  std::optional<double> level;  ///< nothing: 0 of a level set, 1/2 of a fog
+  double adaptivity = 0;        ///< 0: triangles of about a voxel everywhere; to 1: larger where it is flat
+};
+
 /// A grid that a file holds and that cannot be looked up here.
 struct LeftOutGrid {
   std::string name, type;
@@ -72,11 +81,15 @@ class SampledGrids {
   const SampledGrid* find(const std::string& name, bool vector) const;
   /// Metadata of the grid `surface`, or of the first grid where there is none; empty without such a key.
   std::string metadata(const std::string& key) const;
-  /// Where the solid's skin is: the level set `surface` at 0 or the fog `density` at 1/2, outward oriented,
-  /// in world units, triangles of about a voxel; nothing where the file has neither.
-  std::optional<TriMesh> extractSurface() const;
+  /// The grid of floats that says where the solid is: `surface`, else the first level set, else `density`,
+  /// else the first fog; null where the file has none.
+  const SampledGrid* solidGrid() const;
+  /// The surface of that grid (OpenVDB's volumeToMesh), outward oriented, in world units; nothing where there
+  /// is no such grid or no surface in it. @throws Error{Errc::io} for voxels that are NaN or infinite.
+  std::optional<TriMesh> extractSurface(const SurfaceChoice& choice = {}) const;
 
  private:
+  friend class GridSet;
   friend class SliceVolume;
   friend class SolidGrids;
   struct File;

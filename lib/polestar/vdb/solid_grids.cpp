@@ -1,7 +1,5 @@
 #include "polestar/vdb/solid_grids.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -17,6 +15,7 @@
 #include "polestar/vdb/detail/grid_parts.h"
 #include "polestar/vdb/detail/mesh_to_level_set.h"
 #include "polestar/vdb/detail/sampled_file.h"
+#include "polestar/vdb/detail/solid_parts.h"
 #include "polestar/vdb/detail/vdb_archive.h"
 #include "polestar/vdb/detail/vdb_file.h"
 
@@ -37,39 +36,6 @@ double estimateBytes(double volume, double area, const Vec3& extent, const GridO
   const double bandVoxels = shell * 2 * (options.halfWidth + leafRim);
   const double columns = extent.x() * extent.y() / (voxelSize * voxelSize);
   return 20 * attributeVoxels + 20 * bandVoxels + 24 * columns;
-}
-
-double machineMemory() {
-  return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
-}
-
-void checkSize(const TriMesh& surface, const GridOptions& options) {
-  const Vec3 extent = boundingBox(surface).extent();
-  const double longest = extent.maxCoeff();
-  const double dim = longest / options.voxelSize;
-  std::ostringstream message;
-  message.precision(6);
-  if (!(dim > 4 * (1 - 1e-9))) {
-    message << "voxels of " << options.voxelSize << " leave fewer than 4 along a solid of length " << longest
-            << ": choose smaller voxels";
-    throw Error(Errc::usage, message.str());
-  }
-  const double volume = std::abs(volumeProperties(surface).volume), area = surfaceArea(surface);
-  const double limit =
-      options.memoryLimit > 0 ? static_cast<double>(options.memoryLimit) : 0.75 * machineMemory();
-  const auto fits = [&](double d) {
-    return d < kLargestIndex && estimateBytes(volume, area, extent, options, longest / d) <= limit;
-  };
-  if (fits(dim)) return;
-  double low = 0, high = dim;
-  while (high - low > 0.5) {
-    const double middle = 0.5 * (low + high);
-    (fits(middle) ? low : high) = middle;
-  }
-  message << dim << " voxels along the longest side would take about "
-          << estimateBytes(volume, area, extent, options, options.voxelSize) / 1e9 << " GB of the "
-          << limit / 1e9 << " GB allowed: " << static_cast<int>(low) << " would fit";
-  throw Error(Errc::usage, message.str());
 }
 
 openvdb::Vec3s toOpenVdbValue(const Vec3f& value) { return openvdb::Vec3s(value.data()); }
@@ -93,10 +59,41 @@ openvdb::MaskTree::Ptr voxelsBelow(const openvdb::FloatTree& surface, float boun
   return mask;
 }
 
-openvdb::FloatTree::Ptr fogOf(const openvdb::FloatTree& surface, double voxelSize) {
+}  // namespace
+
+void detail::checkSolidSize(const TriMesh& surface, const GridOptions& options) {
+  const Vec3 extent = boundingBox(surface).extent();
+  const double longest = extent.maxCoeff();
+  const double dim = longest / options.voxelSize;
+  std::ostringstream message;
+  message.precision(6);
+  if (!(dim > 4 * (1 - 1e-9))) {
+    message << "voxels of " << options.voxelSize << " leave fewer than 4 along a solid of length " << longest
+            << ": choose smaller voxels";
+    throw Error(Errc::usage, message.str());
+  }
+  const double volume = std::abs(volumeProperties(surface).volume), area = surfaceArea(surface);
+  const double limit =
+      options.memoryLimit > 0 ? static_cast<double>(options.memoryLimit) : 0.75 * detail::machineMemory();
+  const auto fits = [&](double d) {
+    return d < kLargestIndex && estimateBytes(volume, area, extent, options, longest / d) <= limit;
+  };
+  if (fits(dim)) return;
+  double low = 0, high = dim;
+  while (high - low > 0.5) {
+    const double middle = 0.5 * (low + high);
+    (fits(middle) ? low : high) = middle;
+  }
+  message << dim << " voxels along the longest side would take about "
+          << estimateBytes(volume, area, extent, options, options.voxelSize) / 1e9 << " GB of the "
+          << limit / 1e9 << " GB allowed: " << static_cast<int>(low) << " would fit";
+  throw Error(Errc::usage, message.str());
+}
+
+openvdb::FloatTree::Ptr detail::fogOf(const openvdb::FloatTree& levelSet, double voxelSize) {
   const auto slope = static_cast<float>(0.5 / voxelSize);
   const auto ramp = [slope](float distance) { return std::clamp(0.5f - slope * distance, 0.f, 1.f); };
-  auto fog = std::make_shared<openvdb::FloatTree>(surface);
+  auto fog = std::make_shared<openvdb::FloatTree>(levelSet);
   auto tile = fog->beginValueAll();
   for (tile.setMaxDepth(openvdb::FloatTree::ValueAllIter::LEAF_DEPTH - 1); tile; ++tile) {
     tile.setValue(ramp(*tile));
@@ -116,20 +113,14 @@ openvdb::FloatTree::Ptr fogOf(const openvdb::FloatTree& surface, double voxelSiz
   return fog;
 }
 
-template <class Tree>
-typename openvdb::Grid<Tree>::Ptr makeGrid(const std::string& name, typename Tree::Ptr tree,
-                                           const openvdb::math::Transform::Ptr& transform,
-                                           openvdb::GridClass kind) {
-  auto grid = openvdb::Grid<Tree>::create(tree);
-  grid->setName(name);
-  grid->setTransform(transform);
-  grid->setGridClass(kind);
-  grid->setCreator(std::string("polestar ") + kVersion);
-  grid->setSaveFloatAsHalf(false);
-  return grid;
+void detail::label(openvdb::GridBase& grid, const std::string& name,
+                   const openvdb::math::Transform::Ptr& transform, openvdb::GridClass kind) {
+  grid.setName(name);
+  grid.setTransform(transform);
+  grid.setGridClass(kind);
+  grid.setCreator(std::string("polestar ") + kVersion);
+  grid.setSaveFloatAsHalf(false);
 }
-
-}  // namespace
 
 void GridOptions::validate() const {
   if (!(voxelSize > 1e-30 && voxelSize < 1e30)) {
@@ -225,13 +216,13 @@ void SolidGrids::Impl::gather(const openvdb::MaskTree::LeafNodeType& voxels, Lea
 SolidGrids::SolidGrids(const TriMesh& mesh, const GridOptions& options, Context& context)
     : impl_(std::make_unique<Impl>()) {
   options.validate();
-  checkSize(mesh, options);
+  detail::checkSolidSize(mesh, options);
   detail::initializeOpenVdb();
   context.progress("voxelizing", 0);
   const double h = options.voxelSize;
   impl_->options = options;
   impl_->options.halfWidth = std::max(options.halfWidth, options.padding);
-  impl_->origin = boundingBox(mesh).min + Vec3::Constant(0.5 * h);
+  impl_->origin = detail::solidOrigin(mesh, h);
   impl_->transform = detail::makeUniformTransform(h, impl_->origin);
   if (h * h * h < 3e-15) {
     context.log(LogLevel::warning,
@@ -244,9 +235,9 @@ SolidGrids::SolidGrids(const TriMesh& mesh, const GridOptions& options, Context&
   for (Vec3& vertex : inIndexSpace.vertices) vertex = (vertex - impl_->origin) / h;
   const auto surface = detail::meshToLevelSet(inIndexSpace, impl_->options.halfWidth, h, context);
   impl_->surface =
-      makeGrid<openvdb::FloatTree>("surface", surface, impl_->transform, openvdb::GRID_LEVEL_SET);
-  const auto density =
-      makeGrid<openvdb::FloatTree>("density", fogOf(*surface, h), impl_->transform, openvdb::GRID_FOG_VOLUME);
+      detail::makeGrid<openvdb::FloatTree>("surface", surface, impl_->transform, openvdb::GRID_LEVEL_SET);
+  const auto density = detail::makeGrid<openvdb::FloatTree>("density", detail::fogOf(*surface, h),
+                                                            impl_->transform, openvdb::GRID_FOG_VOLUME);
   impl_->grids = {impl_->surface, density};
 
   impl_->findVoxels();
@@ -258,7 +249,8 @@ SolidGrids::SolidGrids(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 std::optional<SolidGrids> SolidGrids::read(const std::filesystem::path& path) {
   using openvdb::gridPtrCast;
   std::map<std::string, openvdb::GridBase::Ptr> named;
-  for (const auto& grid : detail::readVdb(path)) named.emplace(grid->getName(), grid);
+  const auto file = detail::readVdb(path);
+  for (const auto& grid : file.grids) named.emplace(grid->getName(), grid);
   const auto find = [&](const char* name) { return named.contains(name) ? named[name] : nullptr; };
   const auto surface = gridPtrCast<openvdb::FloatGrid>(find("surface")),
              density = gridPtrCast<openvdb::FloatGrid>(find("density"));
@@ -347,7 +339,7 @@ struct Filling {
   openvdb::GridBase::Ptr finish(const Attribute& attribute,
                                 const openvdb::math::Transform::Ptr& transform) const {
     openvdb::tools::pruneInactive(*tree);
-    const auto grid = makeGrid<Tree>(attribute.name, tree, transform, openvdb::GRID_UNKNOWN);
+    const auto grid = detail::makeGrid<Tree>(attribute.name, tree, transform, openvdb::GRID_UNKNOWN);
     if (attribute.vector) detail::setRole(*grid, attribute.role);
     grid->setSaveFloatAsHalf(attribute.half);
     return grid;

@@ -179,6 +179,8 @@ struct GridInfo {
   std::size_t activeVoxels = 0, memoryBytes = 0;
   std::array<int, 3> indexMin{}, indexMax{};
   double voxelSize = 0;
+  ValueRole role = ValueRole::invariant;  ///< of vectors
+  Box box;  ///< around the active voxels, world units; empty where there is none
   std::vector<std::pair<std::string, std::string>> metadata;
 };
 

@@ -14,17 +14,16 @@
 namespace polestar::detail {
 namespace {
 
-constexpr std::uint32_t kCompression = openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK;
-
 // OpenVDB's own writer, openvdb::io::Archive::write, copies every grid and with it the transform, which
 // rounds the voxel size and refuses a small one. This writes the same layout from the grids as they are.
 class Archive : public openvdb::io::Archive {
  public:
-  Archive() { setCompression(kCompression); }
+  explicit Archive(std::uint32_t compression) { setCompression(compression); }
 
-  void writeTo(std::ostream& stream, const openvdb::GridCPtrVec& grids) const {
+  void writeTo(std::ostream& stream, const openvdb::GridCPtrVec& grids,
+               const openvdb::MetaMap& metadata) const {
     writeHeader(stream, /*seekable=*/true);
-    openvdb::MetaMap().writeMeta(stream);
+    metadata.writeMeta(stream);
     const auto count = static_cast<std::int32_t>(grids.size());
     stream.write(reinterpret_cast<const char*>(&count), sizeof count);
     for (const auto& grid : grids) writeOne(stream, *grid);
@@ -82,15 +81,15 @@ XXH128_hash_t digestFrom(std::iostream& stream, std::streamoff begin, std::strea
 
 void initializeOpenVdb() { openvdb::initialize(); }
 
-void addFileMetadata(openvdb::GridBase& grid) {
+void addFileMetadata(openvdb::GridBase& grid, std::uint32_t compression) {
   grid.addStatsMetadata();
   grid.insertMeta(openvdb::GridBase::META_FILE_COMPRESSION,
-                  openvdb::StringMetadata(openvdb::io::compressionToString(kCompression)));
+                  openvdb::StringMetadata(openvdb::io::compressionToString(compression)));
 }
 
-void writeArchive(std::iostream& stream, const openvdb::GridCPtrVec& grids) {
-  Archive archive;
-  archive.writeTo(stream, grids);
+void writeArchive(std::iostream& stream, const openvdb::GridCPtrVec& grids, const VdbForm& form) {
+  Archive archive(form.compression);
+  archive.writeTo(stream, grids, form.metadata);
   stream.flush();
 
   // The identifier stands near the start of the header.

@@ -1,7 +1,5 @@
 #include "polestar/vdb/warp_grids.h"
 
-#include <unistd.h>
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -201,10 +199,6 @@ std::unique_ptr<Carrier> carrierFor(const openvdb::GridBase::Ptr& grid, WarpedGr
   return nullptr;
 }
 
-double machineMemory() {
-  return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
-}
-
 }  // namespace
 
 void WarpGridsOptions::validate() const {
@@ -244,7 +238,7 @@ void WarpedGrids::Impl::run(std::vector<std::unique_ptr<Carrier>>& carriers, con
   }
   for (const auto& carrier : carriers) bytes += voxels * static_cast<double>(carrier->bytesPerVoxel() + 1);
   const double limit =
-      options.memoryLimit > 0 ? static_cast<double>(options.memoryLimit) : 0.75 * machineMemory();
+      options.memoryLimit > 0 ? static_cast<double>(options.memoryLimit) : 0.75 * detail::machineMemory();
   if (bytes > limit) {
     std::ostringstream message;
     message.precision(4);
@@ -299,7 +293,7 @@ WarpedGrids::WarpedGrids(const std::filesystem::path& path, const GridWarp& warp
                          const WarpGridsOptions& options, Context& context)
     : impl_(std::make_unique<Impl>()) {
   options.validate();
-  const openvdb::GridPtrVec old = detail::readVdb(path);
+  const openvdb::GridPtrVec old = detail::readVdb(path).grids;
   std::vector<std::unique_ptr<Carrier>> carriers;
   std::vector<std::size_t> rows;
   for (const openvdb::GridBase::Ptr& grid : old) {

@@ -18,4 +18,11 @@ struct SampledGrids::File {
   }
 };
 
+namespace detail {
+
+/// @throws Error{Errc::io} where a voxel is NaN or infinite: how many, and the place of the first.
+void requireFinite(const SampledGrid& grid);
+
+}  // namespace detail
+
 }  // namespace polestar

@@ -8,18 +8,24 @@
 #include <string>
 #include <vector>
 
+#include "polestar/vdb/detail/vdb_archive.h"
 #include "polestar/vdb/solid_grids.h"
 
 namespace polestar::detail {
 
-/// All grids of a file, with truncated files caught before OpenVDB reads their trees.
+struct VdbContent {
+  openvdb::GridPtrVec grids;
+  openvdb::MetaMap metadata;  ///< of the file itself
+};
+
+/// All of a file, with truncated files caught before OpenVDB reads their trees; "-" is standard input.
 /// @throws Error{Errc::io} for a file that is missing, truncated or no .vdb.
-openvdb::GridPtrVec readVdb(const std::filesystem::path& path);
+VdbContent readVdb(const std::filesystem::path& path);
 
 /// The grids with `metadata` on every one of them; they themselves stay as they are. The same bytes every
 /// time: to a temporary name in the same folder, synced, then renamed; "-" is standard output.
 /// @throws Error{Errc::io}
 void writeVdb(const std::filesystem::path& path, const std::vector<openvdb::GridBase::Ptr>& grids,
-              const std::map<std::string, Metadata>& metadata);
+              const std::map<std::string, Metadata>& metadata, const VdbForm& form = {});
 
 }  // namespace polestar::detail
