@@ -267,17 +267,17 @@ std::optional<SolidGrids> SolidGrids::read(const std::filesystem::path& path) {
   for (const openvdb::GridBase::Ptr& grid : {find("surface"), find("density"), find("rest")}) {
     if (grid->saveFloatAsHalf() || grid->transform() != *impl->transform) return std::nullopt;
   }
-  impl->surface =
-      makeGrid<openvdb::FloatTree>("surface", surface->treePtr(), impl->transform, openvdb::GRID_LEVEL_SET);
+  impl->surface = detail::makeGrid<openvdb::FloatTree>("surface", surface->treePtr(), impl->transform,
+                                                       openvdb::GRID_LEVEL_SET);
   impl->findVoxels();
   if (rest->activeVoxelCount() != impl->paddedCount || impl->insideCount == 0) return std::nullopt;
   const auto ball =
-      makeGrid<openvdb::Vec3STree>("rest", rest->treePtr(), impl->transform, openvdb::GRID_UNKNOWN);
+      detail::makeGrid<openvdb::Vec3STree>("rest", rest->treePtr(), impl->transform, openvdb::GRID_UNKNOWN);
   detail::setRole(*ball, ValueRole::invariant);
-  impl->grids = {
-      impl->surface,
-      makeGrid<openvdb::FloatTree>("density", density->treePtr(), impl->transform, openvdb::GRID_FOG_VOLUME),
-      ball};
+  impl->grids = {impl->surface,
+                 detail::makeGrid<openvdb::FloatTree>("density", density->treePtr(), impl->transform,
+                                                      openvdb::GRID_FOG_VOLUME),
+                 ball};
   return SolidGrids(std::move(impl));
 }
 
