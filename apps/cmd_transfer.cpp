@@ -155,8 +155,8 @@ class TransferCommand final : public Command {
     if (!landmarks_.empty()) session.addInput(landmarks_);
   }
 
-  /// The coordinates that `map` has written and judged: not those of a file without its map, which has just got
-  /// another one, nor those that were resampled since.
+  /// The coordinates that `map` has written and judged: not those of a file without its map, which has just
+  /// got another one, nor those that were resampled since.
   void readMapped(Session& session) {
     if (!fs::exists(mapFileBeside(target_))) return;
     const std::vector<GridHeader> headers = readGridHeaders(target_);

@@ -24,6 +24,13 @@ std::size_t count(const Plan& plan, const std::vector<std::size_t>& selection,
   }));
 }
 
+/// As the members of JSON are spelled.
+std::string jsonName(TaskState state) {
+  std::string name = toString(state);
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name;
+}
+
 void addUnique(std::vector<std::string>& names, const std::string& name) {
   if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
 }
@@ -50,7 +57,7 @@ Json reportJson(const Plan& plan, const std::vector<std::size_t>& selection,
   for (const TaskState state : kStates) {
     std::size_t sum = 0;
     for (const Step step : kSteps) sum += count(plan, selection, results, step, state);
-    counts[toString(state)] = sum;
+    counts[jsonName(state)] = sum;
   }
   for (const std::size_t i : selection) {
     const Task& task = plan.tasks[i];
@@ -60,7 +67,7 @@ Json reportJson(const Plan& plan, const std::vector<std::size_t>& selection,
     tasks.push_back({{"index", i},
                      {"step", toString(task.step)},
                      {"name", task.name},
-                     {"state", toString(result.state)},
+                     {"state", jsonName(result.state)},
                      {"exit_code", result.exitCode},
                      {"error", result.error.empty() ? Json() : Json(result.error)},
                      {"attempts", result.attempts},

@@ -41,7 +41,7 @@ TEST_F(BatchTest, DoesWhatIsToBeDoneAndNoMore) {
   EXPECT_EQ(nlohmann::json::parse(readFile(folder_ / "o/report.json"))["counts"]["done"], 2);
 
   const auto counts = [&](const ToolRun& run) { return run.json()["report"]["counts"]; };
-  EXPECT_EQ(counts(batch(jobs, {"--json"}))["up to date"], 2);
+  EXPECT_EQ(counts(batch(jobs, {"--json"}))["up_to_date"], 2);
 
   // Other options of a step: that step and those after it.
   const std::string finer = std::regex_replace(jobs, std::regex("32x24"), "40x30");

@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "../cli/run_tool.h"
+#include "batch_results.h"
 
 namespace polestar::testing {
 namespace {
@@ -59,17 +60,6 @@ class BatchFaultsTest : public ::testing::Test {
     return runTool(more, {.folder = folder, .limit = std::chrono::seconds(200)});
   }
 
-  static std::map<std::string, std::string> results(const fs::path& folder) {
-    std::map<std::string, std::string> files;
-    for (const char* part : {"maps", "solids", "pictures"}) {
-      for (const auto& entry : fs::recursive_directory_iterator(folder / "out" / part)) {
-        if (entry.is_regular_file())
-          files[fs::relative(entry.path(), folder).string()] = readFile(entry.path());
-      }
-    }
-    return files;
-  }
-
   ScratchFolder folder_;
 };
 
@@ -96,7 +86,7 @@ TEST_F(BatchFaultsTest, KilledAtAnyMomentItGoesOnToTheSameBytes) {
   const auto start = Clock::now();
   ASSERT_EQ(batch(folder_.path()).exitCode, 0);
   const auto whole = std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - start);
-  const auto expected = results(folder_.path());
+  const auto expected = batchResults(folder_ / "out");
   ASSERT_EQ(expected.size(), 2U + 3U + 3U);
   const char* asked = std::getenv("POLESTAR_KILLS");
   const int kills = asked ? std::atoi(asked) : kKills;
@@ -109,7 +99,7 @@ TEST_F(BatchFaultsTest, KilledAtAnyMomentItGoesOnToTheSameBytes) {
     const ToolRun resumed = batch(other.path());
     EXPECT_EQ(resumed.exitCode, 0) << resumed.err;
     // No less and no more: leftovers of what was killed would be here, too.
-    EXPECT_EQ(results(other.path()), expected) << "killed after " << delay.count() << " ms";
+    EXPECT_EQ(batchResults(other / "out"), expected) << "killed after " << delay.count() << " ms";
   }
 }
 
@@ -139,7 +129,7 @@ TEST_F(BatchFaultsTest, AFullDiskFailsWhatDoesNotFit) {
   // Room again: it goes on.
   EXPECT_EQ(mount("tmpfs", disk.c_str(), "tmpfs", MS_REMOUNT, "size=64m"), 0);
   EXPECT_EQ(batch(disk).exitCode, 0);
-  EXPECT_EQ(results(disk).size(), 8U);
+  EXPECT_EQ(batchResults(disk / "out").size(), 8U);
   umount(disk.c_str());
 }
 

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "../cli/run_tool.h"
+#include "batch_results.h"
 
 namespace polestar::testing {
 namespace {
@@ -113,18 +114,6 @@ class SlurmTest : public ::testing::Test {
     for (std::string id; ids >> id;) run({"scontrol", "update", "jobid=" + id, "starttime=now"});
   }
 
-  /// Names and contents of all results.
-  static std::map<std::string, std::string> results(const fs::path& folder) {
-    std::map<std::string, std::string> files;
-    for (const char* part : {"maps", "solids", "pictures"}) {
-      for (const auto& entry : fs::recursive_directory_iterator(folder / part)) {
-        if (entry.is_regular_file())
-          files[fs::relative(entry.path(), folder).string()] = readFile(entry.path());
-      }
-    }
-    return files;
-  }
-
   ScratchFolder folder_;
   const fs::path cluster_ = folder_.path() / "cluster", jobs_ = folder_.path() / "jobs";
   bool running_ = false;
@@ -134,7 +123,7 @@ TEST_F(SlurmTest, AnArrayWithATaskThatFailsAndIsSubmittedAgain) {
   const ToolRun first = batch({"--submit", "slurm", "--wait", "--json"});
   EXPECT_EQ(first.exitCode, 7) << first.err;
   const auto report = first.json();
-  EXPECT_EQ(report["report"]["counts"]["up to date"], 1 + 2 + 2);
+  EXPECT_EQ(report["report"]["counts"]["up_to_date"], 1 + 2 + 2);
   EXPECT_EQ(report["report"]["counts"]["failed"], 1);
   EXPECT_EQ(report["report"]["counts"]["skipped"], 2 + 2);
   // Arrays of at most four numbers.
@@ -147,14 +136,14 @@ TEST_F(SlurmTest, AnArrayWithATaskThatFailsAndIsSubmittedAgain) {
   const ToolRun second = batch({"--submit", "slurm", "--wait", "--json", "--sheet", "sheet.png"});
   EXPECT_EQ(second.exitCode, 0) << second.err;
   EXPECT_EQ(submittedTasks(second.json()), 1U + 2U + 2U);
-  EXPECT_EQ(second.json()["report"]["counts"]["up to date"], 2 + 4 + 4);
+  EXPECT_EQ(second.json()["report"]["counts"]["up_to_date"], 2 + 4 + 4);
   EXPECT_TRUE(fs::exists(jobs_ / "sheet.png"));
 
   // The same bytes as without a farm.
-  const auto farmed = results(jobs_ / "out put");
+  const auto farmed = batchResults(jobs_ / "out put");
   fs::remove_all(jobs_ / "out put");
   EXPECT_EQ(batch({}).exitCode, 0);
-  EXPECT_EQ(results(jobs_ / "out put"), farmed);
+  EXPECT_EQ(batchResults(jobs_ / "out put"), farmed);
 }
 
 TEST_F(SlurmTest, WhatIsInTheQueueIsNotSubmittedTwice) {
@@ -188,7 +177,7 @@ TEST_F(SlurmTest, TasksThatDieAndANodeThatGoesDownAreMadeUpFor) {
   startAtOnce();
   waiting.join();
   EXPECT_EQ(waited.exitCode, 0) << waited.err << waited.out;
-  EXPECT_EQ(waited.json()["report"]["counts"]["up to date"], 2 + 4 + 4);
+  EXPECT_EQ(waited.json()["report"]["counts"]["up_to_date"], 2 + 4 + 4);
 }
 
 }  // namespace

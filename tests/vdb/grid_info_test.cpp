@@ -59,6 +59,14 @@ TEST(GridInfo, TellsWhatAFileHolds) {
   for (const GridInfo& info : infos) {
     EXPECT_THAT(info.metadata, ::testing::Contains(Pair("polestar:domain", "ball"))) << info.name;
   }
+  const std::vector<GridHeader> headers = readGridHeaders(folder / "good.vdb");
+  ASSERT_EQ(headers.size(), infos.size());
+  for (const GridHeader& header : headers) {
+    const auto same = [&](const GridInfo& info) {
+      return info.name == header.name && info.metadata == header.metadata;
+    };
+    EXPECT_TRUE(std::any_of(infos.begin(), infos.end(), same)) << header.name;
+  }
 }
 
 TEST(GridInfo, RefusesEveryTruncation) {
@@ -71,6 +79,7 @@ TEST(GridInfo, RefusesEveryTruncation) {
   for (const std::size_t length : lengths) {
     test::writeBytes(folder / "cut.vdb", bytes.substr(0, length));
     EXPECT_NE(refusal(folder / "cut.vdb"), "") << length << " of " << bytes.size();
+    EXPECT_THROW(readGridHeaders(folder / "cut.vdb"), Error) << length << " of " << bytes.size();
   }
   test::writeBytes(folder / "cut.vdb", bytes.substr(0, bytes.size() / 2));
   EXPECT_THAT(refusal(folder / "cut.vdb"), HasSubstr("truncated"));
