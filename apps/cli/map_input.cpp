@@ -263,8 +263,8 @@ BallMap loadMap(const std::filesystem::path& path, Session& session) {
   return session.timed("load", [&] {
     MapFile map = readMapFile(file);
     if (path.extension() == ".vdb") {
-      const std::vector<GridInfo> grids = readGridInfo(path);
-      const bool belongs = std::any_of(grids.begin(), grids.end(), [&](const GridInfo& grid) {
+      const std::vector<GridHeader> grids = readGridHeaders(path);
+      const bool belongs = std::any_of(grids.begin(), grids.end(), [&](const GridHeader& grid) {
         return std::find(grid.metadata.begin(), grid.metadata.end(),
                          std::pair<std::string, std::string>("polestar:map_hash", map.hash)) !=
                grid.metadata.end();
