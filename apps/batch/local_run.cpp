@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <csignal>
 #include <cstring>
@@ -93,9 +92,7 @@ class Run {
         options_(options),
         context_(context),
         show_(show),
-        results_(plan.tasks.size()),
-        selected_(plan.tasks.size(), false) {
-    for (const std::size_t i : selection) selected_[i] = true;
+        results_(plan.tasks.size()) {
     waiting_.assign(selection.begin(), selection.end());
     // Later steps first: results appear early, and what is wrong shows early.
     std::stable_sort(waiting_.begin(), waiting_.end(),
@@ -307,9 +304,9 @@ class Run {
     RunCounts counts;
     counts.total = selection_.size();
     counts.seconds = secondsSince(start_);
-    double left = 0, threads = 0;
+    double left = 0;
     for (const Step step : kSteps) left += secondsLeftOf(step, counts);
-    threads = std::max<double>(1, options_.atOnce > 0 ? options_.atOnce : options_.threads);
+    const double threads = std::max<double>(1, options_.atOnce > 0 ? options_.atOnce : options_.threads);
     for (const Running& task : running_) counts.running.push_back(plan_.tasks[task.task].label());
     if (counts.done > 0) counts.secondsLeft = left / threads;
     show_(counts);
@@ -342,7 +339,6 @@ class Run {
   Context& context_;
   const std::function<void(const RunCounts&)>& show_;
   std::vector<TaskResult> results_;
-  std::vector<bool> selected_;
   std::deque<std::size_t> waiting_;
   std::vector<Running> running_;
   std::map<std::size_t, Clock::time_point> lockedUntil_;
