@@ -17,6 +17,7 @@ namespace {
 /// NaN where a point lies outside.
 struct Values {
   std::vector<Vec3> ball;
+  std::vector<Vec3> domain;    ///< empty where the ball is the domain
   std::vector<double> green;   ///< 1/mesh unit; +infinity at the center
   std::vector<Vec3> gradient;  ///< 1/mesh unit^2
 };
@@ -26,9 +27,12 @@ Json pointOrNull(const Vec3& point) { return point.allFinite() ? toJson(point) :
 
 void fillAnswer(const std::vector<Vec3>& points, const Values& values, Session& session) {
   Json& json = session.json();
+  const bool ofDomain = !values.domain.empty();
   for (const char* name : {"points", "ball", "green", "gradient"}) json[name] = Json::array();
+  if (ofDomain) json["domain"] = Json::array();
   std::string& text = session.text();
-  text = "# x y z  ball_x ball_y ball_z  green  gradient_x gradient_y gradient_z\n";
+  text = "# x y z  ball_x ball_y ball_z  green  gradient_x gradient_y gradient_z";
+  text += ofDomain ? "  domain_x domain_y domain_z\n" : "\n";
   const auto append = [&](const Vec3& vector) {
     for (int axis = 0; axis < 3; ++axis) text += (axis ? " " : "") + exactNumber(vector[axis]);
   };
@@ -38,6 +42,7 @@ void fillAnswer(const std::vector<Vec3>& points, const Values& values, Session& 
       json["ball"].push_back(pointOrNull(values.ball[i]));
       json["green"].push_back(numberOrNull(values.green[i]));
       json["gradient"].push_back(pointOrNull(values.gradient[i]));
+      if (ofDomain) json["domain"].push_back(pointOrNull(values.domain[i]));
       continue;
     }
     append(points[i]);
@@ -45,6 +50,10 @@ void fillAnswer(const std::vector<Vec3>& points, const Values& values, Session& 
     append(values.ball[i]);
     text += "  " + exactNumber(values.green[i]) + "  ";
     append(values.gradient[i]);
+    if (ofDomain) {
+      text += "  ";
+      append(values.domain[i]);
+    }
     text += "\n";
   }
 }
@@ -84,10 +93,12 @@ class EvalCommand final : public Command {
 
  private:
   Values evaluate(const std::vector<Vec3>& points, Session& session) const {
-    const BallMap table = isMapName(input_) ? loadMap(input_, session) : makeMap(input_, choices_, session);
+    std::optional<DomainMap> domain;
+    const BallMap table = load(domain, session);
     return session.timed("evaluate", [&] {
-      Values values{std::vector<Vec3>(points.size()), std::vector<double>(points.size()),
-                    std::vector<Vec3>(points.size())};
+      Values values{std::vector<Vec3>(points.size()), std::vector<Vec3>(domain ? points.size() : 0),
+                    std::vector<double>(points.size()), std::vector<Vec3>(points.size())};
+      if (domain) domain->forward(points, values.domain);
       if (table_) {
         table.forward(points, values.ball);
       } else {
@@ -107,6 +118,13 @@ class EvalCommand final : public Command {
       }
       return values;
     });
+  }
+
+  BallMap load(std::optional<DomainMap>& domain, Session& session) const {
+    if (!isMapName(input_)) return makeMap(input_, choices_, session);
+    MapFile file = loadMapFile(input_, session);
+    domain = std::move(file.domain);
+    return std::move(file.map);
   }
 
   std::filesystem::path input_, pointsFile_;

@@ -132,6 +132,11 @@ void describeMap(const fs::path& path, Session& session) {
   if (header.contains("radius")) rows.push_back({"radius", header["radius"].value("kind", "")});
   if (const Json weight = header.value("balance_volume", Json()); weight.is_number())
     rows.push_back({"balance volume", shortNumber(weight.get<double>())});
+  if (header.contains("domain_shape")) {
+    const Json& shape = header["domain_shape"];
+    rows.push_back({"domain cells", "of side " + shortNumber(shape.value("cell_side", 0.0)) + "; overlap with the solid " +
+                                        shortNumber(shape.value("overlap", 0.0))});
+  }
   for (const Json& array : header.value("arrays", Json::array())) {
     const std::string name = array.value("name", "");
     if (name != "vertices" && name != "triangles") continue;

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "cli/domain_input.h"
 #include "cli/dry_run.h"
 #include "cli/grid_size.h"
 #include "cli/map_input.h"
@@ -23,6 +24,8 @@ constexpr int kPaddingVoxels = 3;
 constexpr std::size_t kRoundTrips = 50000;
 // surface, density and green are floats, rest is three of them.
 constexpr double kBytesPerVoxel = 3 * 4 + 12;
+// The same less green.
+constexpr double kBytesPerPosition = 2 * 4 + 12;
 
 class MapCommand final : public Command {
  public:
@@ -39,6 +42,12 @@ class MapCommand final : public Command {
         ->type_name("");
     size_.addOptions(app, "the mesh's", kDefaultDim);
     addMapOptions(app, choices_);
+    addDomainOptions(app, domain_);
+    app.add_option(
+           "--inverse", inverse_,
+           "Write grids of the domain as well, to look things up by their coordinates: surface, density and "
+           "position, the point of the solid; as many voxels along the longest side")
+        ->type_name("POS.vdb");
     app.add_flag(
         "--exact", exact_,
         "Fill the grids by tracing a field line from every voxel instead of reading the map's table: about "
@@ -55,7 +64,7 @@ class MapCommand final : public Command {
     session.addInput(mesh_);
     const fs::path grids = session.options().output;
     if (grids.empty()) throw Error(Errc::usage, "-o OUT.vdb is missing; the .pmap will lie beside it");
-    std::vector<fs::path> outputs{grids};
+    Outputs outputs{grids, {}, inverse_};
     if (isStandardStream(grids)) {
       if (session.options().json)
         throw Error(Errc::usage, "-o - and --json both want standard output; drop one");
@@ -65,75 +74,144 @@ class MapCommand final : public Command {
         throw Error(Errc::usage, "the output " + grids.string() + " does not end in .vdb; try -o " +
                                      fs::path(grids).replace_extension(".vdb").string());
       }
-      outputs.push_back(mapFileBeside(grids));
+      outputs.map = mapFileBeside(grids);
     }
-    for (const fs::path& output : outputs) {
+    domain_.validate();
+    if (exact_ && domain_.domain != DomainChoice::ball)
+      throw Error(Errc::usage, "--exact is for --domain ball; other domains are read from the maps' tables");
+    if (!inverse_.empty() && (inverse_.extension() != ".vdb" || inverse_ == grids))
+      throw Error(Errc::usage, "--inverse " + inverse_.string() + " has to be another .vdb than -o");
+    if (!domain_.polycube.empty()) session.addInput(domain_.polycube);
+    for (const fs::path& output : outputs.all()) {
       checkOutput(output, session.options().overwrite, session.inputs());
     }
     if (session.options().dryRun) return planOutputs(outputs, session);
-    OutputGuard guard(outputs);
+    OutputGuard guard(outputs.all());
     computeAndWrite(outputs, guard, session);
   }
 
  private:
-  void planOutputs(const std::vector<fs::path>& outputs, Session& session) const {
+  struct Outputs {
+    fs::path grids, map, inverse;  ///< empty: not asked for
+
+    std::vector<fs::path> all() const {
+      std::vector<fs::path> paths{grids};
+      for (const fs::path& path : {map, inverse}) {
+        if (!path.empty()) paths.push_back(path);
+      }
+      return paths;
+    }
+  };
+
+  /// The map, onto the ball and onto the domain that was asked for.
+  struct Mapped {
+    BallMap ball;
+    std::optional<DomainMap> domain;
+
+    Certificate certify(const SolidGrids& grids, Context& context) const {
+      return domain ? certifyGrids(*domain, grids, kRoundTrips, context)
+                    : certifyGrids(ball, grids, kRoundTrips, context);
+    }
+    /// As many voxels along the longest side as the solid's grids have.
+    SolidGrids inverse(double dim, Context& context) const {
+      if (!domain) return inverseGridsOf(ball, {.voxelSize = 2 / dim, .padding = kPaddingVoxels}, context);
+      return inverseGridsOf(*domain, {.voxelSize = 2 / dim, .padding = kPaddingVoxels}, context);
+    }
+  };
+
+  void planOutputs(const Outputs& outputs, Session& session) const {
     const Box box = boundingBox(loadMesh(mesh_, session).mesh);
-    std::vector<PlannedFile> files{plannedGrids(outputs[0], "surface, density, rest, green", box,
+    std::vector<PlannedFile> files{plannedGrids(outputs.grids, "surface, density, rest, green", box,
                                                 size_.voxelSize(box), kPaddingVoxels, kBytesPerVoxel)};
-    if (outputs.size() > 1) files.push_back({outputs[1], "the map itself", std::nullopt});
+    if (!outputs.map.empty()) files.push_back({outputs.map, "the map itself", std::nullopt});
+    if (!outputs.inverse.empty()) {
+      const Box domain{Vec3::Constant(-1), Vec3::Constant(1)};
+      files.push_back(plannedGrids(outputs.inverse, "surface, density, position", domain,
+                                   2 * size_.voxelSize(box) / box.extent().maxCoeff(), kPaddingVoxels,
+                                   kBytesPerPosition));
+    }
     describePlan(session, files);
   }
 
   /// Writes the files unless the map fails its certificate; then @throws Error{Errc::notConverged}, with
   /// --keep-failed after writing.
-  void computeAndWrite(const std::vector<fs::path>& outputs, OutputGuard& guard, Session& session) const {
+  void computeAndWrite(const Outputs& outputs, OutputGuard& guard, Session& session) const {
     Context& context = session.context();
-    const BallMap map = makeMap(mesh_, choices_, session);
-    const TriMesh& mesh = map.chart().green().shape().surface().mesh();
-    const double voxel = size_.voxelSize(boundingBox(mesh));
+    BallMap ball = makeMap(mesh_, choices_, session);
+    const Mapped map{ball, makeDomainMap(ball, choices_, domain_, session)};
+    const Box box = boundingBox(ball.chart().green().shape().surface().mesh());
+    const double voxel = size_.voxelSize(box);
     SolidGrids grids = session.timed("sample", [&] { return sample(map, voxel, session); });
     const FilteredGrids filtered = session.timed("filter", [&] { return filterCells(grids, context); });
     session.json()["filtered"] = {{"voxels", filtered.voxels},
                                   {"inverted_before", filtered.invertedBefore},
                                   {"largest_move_ball", filtered.largestMove}};
     const Certificate certificate =
-        session.timed("certify", [&] { return certifyGrids(map, grids, kRoundTrips, context); });
+        session.timed("certify", [&] { return map.certify(grids, context); });
     describeCertificate(certificate, voxel, session);
 
     const Check* failure = certificate.firstFailure();
     if (failure && !keepFailed_)
       throw Error(Errc::notConverged,
                   refusal(*failure) + adviceFor(*failure) + ". --keep-failed keeps the files");
+    std::optional<SolidGrids> inverse;
+    if (!outputs.inverse.empty()) inverse = sampleInverse(map, box.extent().maxCoeff() / voxel, session);
     session.timed("write", [&] {
-      grids.setMetadata("polestar:certificate", std::string(toString(certificate.verdict)));
-      grids.setMetadata("polestar:arguments", session.arguments());
-      grids.setMetadata("polestar:source", mesh_.filename().string());
-      const std::optional<double> balanceVolume = balanceVolumeOf(map, choices_);
-      if (balanceVolume) grids.setMetadata("polestar:balance_volume", *balanceVolume);
-      if (outputs.size() > 1) {
-        const std::string hash =
-            writeMapFile(outputs[1], map, {mesh_.filename().string(), session.arguments(), balanceVolume});
-        grids.setMetadata("polestar:map_hash", hash);
+      const MapProvenance provenance{mesh_.filename().string(), session.arguments(),
+                                     balanceVolumeOf(ball, choices_)};
+      std::string hash;
+      if (!outputs.map.empty()) {
+        hash = map.domain ? writeMapFile(outputs.map, *map.domain, provenance)
+                          : writeMapFile(outputs.map, ball, provenance);
         session.json()["map_hash"] = hash;
       }
-      context.throwIfCancelled();
-      grids.write(outputs[0]);
+      const auto finish = [&](SolidGrids& written, const fs::path& path) {
+        written.setMetadata("polestar:certificate", std::string(toString(certificate.verdict)));
+        written.setMetadata("polestar:arguments", provenance.arguments);
+        written.setMetadata("polestar:source", provenance.source);
+        if (provenance.balanceVolume)
+          written.setMetadata("polestar:balance_volume", *provenance.balanceVolume);
+        if (!hash.empty()) written.setMetadata("polestar:map_hash", hash);
+        context.throwIfCancelled();
+        written.write(path);
+      };
+      finish(grids, outputs.grids);
+      if (inverse) finish(*inverse, outputs.inverse);
       return 0;
     });
     guard.keep();
     session.json()["outputs"] = Json::array();
-    for (const fs::path& output : outputs) session.json()["outputs"].push_back(output.string());
-    summarize(outputs, certificate, map, voxel, session);
+    for (const fs::path& output : outputs.all()) session.json()["outputs"].push_back(output.string());
+    summarize(outputs.all(), certificate, ball, voxel, session);
     if (failure) throw Error(Errc::notConverged, refusal(*failure) + "; files kept");
   }
 
-  SolidGrids sample(const BallMap& map, double voxel, Session& session) const {
+  SolidGrids sample(const Mapped& map, double voxel, Session& session) const {
     const GridOptions options{.voxelSize = voxel, .padding = kPaddingVoxels};
     session.json()["exact"] = {{"traced", exact_}, {"answered_by_table", nullptr}};
-    if (!exact_) return gridsOf(map, options, session.context());
-    TracedGrids traced = tracedGridsOf(map, options, session.context());
+    if (map.domain) return gridsOf(*map.domain, options, session.context());
+    if (!exact_) return gridsOf(map.ball, options, session.context());
+    TracedGrids traced = tracedGridsOf(map.ball, options, session.context());
     session.json()["exact"]["answered_by_table"] = traced.answeredByTable;
     return std::move(traced.grids);
+  }
+
+  SolidGrids sampleInverse(const Mapped& map, double dim, Session& session) const {
+    SolidGrids grids = session.timed("sample_inverse", [&] { return map.inverse(dim, session.context()); });
+    const CellQuality cells = session.timed("certify", [&] { return judgeGrid(grids, "position"); });
+    session.json()["inverse"] = {{"voxel_size", grids.voxelSize()},
+                                 {"voxels", cells.voxels},
+                                 {"cells", cells.cells},
+                                 {"inverted", cells.inverted},
+                                 {"inverted_deep", cells.invertedDeep},
+                                 {"collapsed_deep", cells.collapsedDeep}};
+    if (const std::size_t bad = cells.invertedDeep + cells.collapsedDeep; bad > 0) {
+      session.context().log(LogLevel::warning,
+                            grouped(bad) + " of " + grouped(cells.cells) +
+                                " cells of position deeper than a voxel are inverted or collapsed: the solid "
+                                "changes faster there than these voxels hold");
+    }
+    return grids;
   }
 
   static std::string refusal(const Check& failure) {
@@ -198,6 +276,19 @@ class MapCommand final : public Command {
     return text;
   }
 
+  static std::string domainText(const Json& json) {
+    if (!json.contains("domain")) return "";
+    const Json& domain = json["domain"];
+    const Json& bands = domain["distortion_by_edge_distance"];
+    const auto mips = [](const Json& band) { return shortNumber(band["mips_mean"].get<double>()); };
+    return domain["kind"].get<std::string>() + ", " + counted(domain["cells"].get<std::uint64_t>(), "cell", "cells") +
+           " with " + counted(domain["corners"].get<std::uint64_t>(), "corner", "corners") + ", overlap " +
+           shortNumber(domain["overlap"].get<double>()) + ", center " +
+           shortNumber(domain["margin_cells"].get<double>()) + " cells from the nearest face's plane; MIPS " +
+           mips(bands.front()) + " within 0.05 cells of its edges, " + mips(bands.back()) +
+           " beyond 0.5 cells";
+  }
+
   static std::string exactly(const Json& exact) {
     if (!exact["traced"]) return "";
     return "traced one by one; " + grouped(exact["answered_by_table"].get<std::uint64_t>()) +
@@ -224,6 +315,7 @@ class MapCommand final : public Command {
         {"sphere", counted(map.sphere().flips, "flipped triangle", "flipped triangles") + " of phi, " +
                        grouped(map.chart().report().directionFlips) + " of omega, of " +
                        grouped(map.chart().foliation().triangles.size())},
+        {"domain", domainText(session.json())},
         {"cells", counted(map.chart().report().cells.bad(), "inverted cell", "inverted cells") + " of " +
                       grouped(map.chart().report().cells.cells) + " in the foliation; " +
                       grouped(cells.inverted) + " of " + grouped(cells.cells) + " between voxels, " +
@@ -243,6 +335,8 @@ class MapCommand final : public Command {
   fs::path mesh_;
   GridSize size_;
   MapChoices choices_;
+  DomainChoices domain_;
+  fs::path inverse_;
   bool exact_ = false;
   bool keepFailed_ = false;
 };

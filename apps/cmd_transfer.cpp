@@ -155,17 +155,18 @@ class TransferCommand final : public Command {
     if (!landmarks_.empty()) session.addInput(landmarks_);
   }
 
-  /// The coordinates that `map` has written and judged: not those of a file without its map, which has just
-  /// got another one, nor those that were resampled since.
+  /// The ball coordinates that `map` has written and judged: not those of a file without its map, which has just
+  /// got another one, nor those that were resampled since, nor those in a polycube.
   void readMapped(Session& session) {
     if (!fs::exists(mapFileBeside(target_))) return;
     const std::vector<GridHeader> headers = readGridHeaders(target_);
-    const bool judged = std::any_of(headers.begin(), headers.end(), [](const GridHeader& grid) {
-      return grid.name == "rest" &&
-             std::any_of(grid.metadata.begin(), grid.metadata.end(),
-                         [](const auto& entry) { return entry.first == "polestar:certificate"; });
+    const bool usable = std::any_of(headers.begin(), headers.end(), [](const GridHeader& grid) {
+      const std::map<std::string, std::string> metadata(grid.metadata.begin(), grid.metadata.end());
+      const auto domain = metadata.find("polestar:domain");
+      return grid.name == "rest" && metadata.contains("polestar:certificate") && domain != metadata.end() &&
+             domain->second == "ball";
     });
-    if (!judged) return;
+    if (!usable) return;
     std::optional<SolidGrids> grids = session.timed("load_grids", [&] { return SolidGrids::read(target_); });
     if (grids) options_.mapped = std::make_shared<const SolidGrids>(std::move(*grids));
   }

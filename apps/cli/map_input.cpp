@@ -124,27 +124,6 @@ Json describeSigns(const std::vector<SignProof>& proofs, const Frame& frame) {
   return list;
 }
 
-MapOptions toMapOptions(const MapChoices& choices) {
-  MapOptions options;
-  options.boundary = choices.boundary;
-  options.radius = choices.radius;
-  options.green.tolerance = choices.tolerance;
-  options.green.prove = choices.prove;
-  options.green.solver = choices.solver;
-  options.green.mfs.mode = choices.mfs;
-  options.green.device = choices.device;
-  options.ball.core = choices.core;
-  if (choices.balanceVolume) {
-    if (choices.boundary != SphereMapKind::balanced && choices.radius != RadiusKind::balanced) {
-      throw Error(Errc::usage,
-                  "--balance-volume has no effect here; add --boundary balanced or --radius balanced");
-    }
-    options.balance.volumeWeight = *choices.balanceVolume;
-    options.balance.validate();
-  }
-  return options;
-}
-
 /// The members of `map` that its stages know.
 void describeMap(const BallMap& map, const MapChoices& choices, Session& session) {
   const GreenFunction& green = map.chart().green();
@@ -208,6 +187,27 @@ void describeMap(const BallMap& map, const MapChoices& choices, Session& session
 
 }  // namespace
 
+MapOptions toMapOptions(const MapChoices& choices) {
+  MapOptions options;
+  options.boundary = choices.boundary;
+  options.radius = choices.radius;
+  options.green.tolerance = choices.tolerance;
+  options.green.prove = choices.prove;
+  options.green.solver = choices.solver;
+  options.green.mfs.mode = choices.mfs;
+  options.green.device = choices.device;
+  options.ball.core = choices.core;
+  if (choices.balanceVolume) {
+    if (choices.boundary != SphereMapKind::balanced && choices.radius != RadiusKind::balanced) {
+      throw Error(Errc::usage,
+                  "--balance-volume has no effect here; add --boundary balanced or --radius balanced");
+    }
+    options.balance.volumeWeight = *choices.balanceVolume;
+    options.balance.validate();
+  }
+  return options;
+}
+
 std::optional<double> balanceVolumeOf(const BallMap& map, const MapChoices& choices) {
   if (map.sphere().kind != SphereMapKind::balanced && map.radius().kind() != RadiusKind::balanced)
     return std::nullopt;
@@ -254,6 +254,10 @@ BallMap loadOrMakeMap(const std::filesystem::path& path, const std::string& whos
 }
 
 BallMap loadMap(const std::filesystem::path& path, Session& session) {
+  return std::move(loadMapFile(path, session).map);
+}
+
+MapFile loadMapFile(const std::filesystem::path& path, Session& session) {
   const std::filesystem::path file = mapFileBeside(path);
   if (!std::filesystem::exists(file)) {
     throw Error(Errc::io,
@@ -274,7 +278,7 @@ BallMap loadMap(const std::filesystem::path& path, Session& session) {
                                   " (polestar:map_hash differs or is missing); name the .pmap that you mean");
       }
     }
-    return std::move(map.map);
+    return map;
   });
 }
 

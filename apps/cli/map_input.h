@@ -28,6 +28,9 @@ struct MapChoices {
 /// --center.
 void addMapOptions(CLI::App& app, MapChoices& choices);
 
+/// What the library makes of them. @throws Error{Errc::usage} for a weight of volumes where nothing is balanced.
+MapOptions toMapOptions(const MapChoices& choices);
+
 /// The weight of volumes that a map made by `choices` has; nothing where neither boundary nor radius is
 /// balanced.
 std::optional<double> balanceVolumeOf(const BallMap& map, const MapChoices& choices);
@@ -38,8 +41,10 @@ bool isMapName(const std::filesystem::path& path);
 /// The .pmap that belongs to a .vdb, or the path itself.
 std::filesystem::path mapFileBeside(const std::filesystem::path& path);
 
-/// The map of a .pmap, or of the .vdb beside it: then the grids must carry the .pmap's hash.
+/// A .pmap, or the one beside a .vdb: then the grids must carry its hash.
 /// @throws Error{Errc::io}
+MapFile loadMapFile(const std::filesystem::path& path, Session& session);
+/// Its map onto the ball, whatever its domain is.
 BallMap loadMap(const std::filesystem::path& path, Session& session);
 
 /// The map of a solid that only grids tell of, made from the surface of their level set or fog with the

@@ -11,13 +11,16 @@
 namespace polestar::verify {
 namespace {
 
-constexpr int kLattice = 64;  // cubes along the ball's diameter
+constexpr int kLattice = 64;  // cubes along the longest side of the domain's box
 
-/// One target in each cube of a lattice around the ball, off its center by a fixed pseudo-random offset, so
+/// One target in each cube of a lattice around the domain, off its center by a fixed pseudo-random offset, so
 /// that targets and cells have no common pattern.
 class Targets {
  public:
-  Targets() : positions_(kLattice * kLattice * kLattice) {
+  explicit Targets(const Domain& domain)
+      : low_(domain.low()), positions_(kLattice * kLattice * kLattice), held_(positions_.size()) {
+    const Vec3 extent = domain.high() - low_;
+    cube_ = std::max({extent.x, extent.y, extent.z}) / kLattice;
     std::uint64_t state = 0;
     const auto offset = [&] {  // splitmix64
       std::uint64_t z = state += 0x9E3779B97F4A7C15ULL;
@@ -28,22 +31,23 @@ class Targets {
     for (std::size_t t = 0; t < positions_.size(); ++t) {
       const std::size_t cube[3] = {t / (kLattice * kLattice), t / kLattice % kLattice, t % kLattice};
       for (int k = 0; k < 3; ++k) {
-        positions_[t][k] = 2 * (static_cast<double>(cube[k]) + offset()) / kLattice - 1;
+        positions_[t][k] = low_[k] + (static_cast<double>(cube[k]) + offset()) * cube_;
       }
+      held_[t] = domain.gauge(positions_[t]) < 1;
     }
   }
 
   std::size_t count() const { return positions_.size(); }
   const Vec3& operator[](std::size_t t) const { return positions_[t]; }
-  bool isInBall(std::size_t t) const { return dot(positions_[t], positions_[t]) < 1; }
+  bool isInDomain(std::size_t t) const { return held_[t] != 0; }
 
   /// Calls visit(t) for the targets in the box.
   template <class Visit>
   void visitBox(const Vec3& low, const Vec3& high, Visit&& visit) const {
     int first[3], last[3];
     for (int k = 0; k < 3; ++k) {
-      first[k] = cubeOf(low[k]);
-      last[k] = cubeOf(high[k]);
+      first[k] = cubeOf(low[k] - low_[k]);
+      last[k] = cubeOf(high[k] - low_[k]);
     }
     for (int i = first[0]; i <= last[0]; ++i) {
       for (int j = first[1]; j <= last[1]; ++j) {
@@ -52,18 +56,21 @@ class Targets {
           const Vec3& y = positions_[t];
           const bool inBox =
               y.x >= low.x && y.x <= high.x && y.y >= low.y && y.y <= high.y && y.z >= low.z && y.z <= high.z;
-          if (inBox && isInBall(t)) visit(t);
+          if (inBox && isInDomain(t)) visit(t);
         }
       }
     }
   }
 
  private:
-  static int cubeOf(double x) {
-    return std::clamp(static_cast<int>(std::floor((x + 1) * (kLattice / 2))), 0, kLattice - 1);
+  int cubeOf(double x) const {
+    return static_cast<int>(std::clamp(std::floor(x / cube_), 0.0, kLattice - 1.0));
   }
 
+  Vec3 low_;
+  double cube_ = 0;
   std::vector<Vec3> positions_;
+  std::vector<char> held_;
 };
 
 /// +1 or -1 when y is in the tetrahedron, by its orientation; else 0.
@@ -87,7 +94,7 @@ constexpr Way kWays[6] = {{4, 6, 1}, {2, 3, 1}, {1, 5, 1}, {4, 5, -1}, {2, 6, -1
 }  // namespace
 
 Coverage measureCoverage(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth) {
-  static const Targets targets;
+  const Targets targets(solid.domain);
   std::vector<std::int32_t> net(targets.count(), 0), any(targets.count(), 0), layer(targets.count(), 0);
   const auto add = [](std::int32_t& counter, int value) {
     std::atomic_ref<std::int32_t>(counter).fetch_add(value, std::memory_order_relaxed);
@@ -137,7 +144,7 @@ Coverage measureCoverage(const VoxelSolid& solid, const std::vector<std::uint16_
 
   Coverage coverage;
   for (std::size_t t = 0; t < targets.count(); ++t) {
-    if (!targets.isInBall(t)) continue;
+    if (!targets.isInDomain(t)) continue;
     ++coverage.targets;
     coverage.touched += any[t] > 0;
     if (layer[t] > 0 && any[t] == 0) continue;

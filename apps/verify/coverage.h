@@ -1,12 +1,12 @@
 #pragma once
-// How often the images of the voxel cells cover points of the ball.
+// How often the images of the voxel cells cover points of the domain.
 
 #include "voxel_solid.h"
 
 namespace polestar::verify {
 
 struct Coverage {
-  std::size_t targets = 0;    ///< points of the ball, one in each cube of a lattice
+  std::size_t targets = 0;    ///< points of the domain, one in each cube of a lattice
   std::size_t touched = 0;    ///< in the image of some cell
   std::size_t judged = 0;     ///< not in the layer whose cells are incomplete
   std::size_t uncovered = 0;  ///< of the judged: cells over it less mirrored cells is 0

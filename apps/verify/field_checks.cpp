@@ -193,7 +193,7 @@ BoundaryFit fitBoundary(const VoxelSolid& solid, const std::vector<std::uint16_t
     }
     const double gained = -solid.surface[best] - d;
     if (!(gained > 0.5)) continue;
-    const double here = length(restAt(solid, v)), below = length(restAt(solid, best));
+    const double here = solid.domain.gauge(restAt(solid, v)), below = solid.domain.gauge(restAt(solid, best));
     ends.push_back(here + (here - below) * d / gained);
   }
   fit.median = quantile(ends, 0.5);

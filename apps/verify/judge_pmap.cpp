@@ -108,7 +108,7 @@ class Sides {
 
 /// What keeps the triangles from being a closed, connected, oriented surface of genus 0 whose vertices are
 /// all used, each in one fan; empty when nothing does.
-std::string surfaceDefect(const PmapContents& map) {
+std::string surfaceDefect(const BallMapContents& map) {
   const std::size_t vertices = map.vertices.size();
   const Sides sides(map.triangles);
   // Fans: the sides that leave a vertex, each joined with the next one around it, over the triangle between.
@@ -139,7 +139,7 @@ std::string surfaceDefect(const PmapContents& map) {
 }
 
 /// Triangles of level 0 whose cone does not open outward.
-Count badCones(const PmapContents& map, const std::vector<Vec3>& nodes) {
+Count badCones(const BallMapContents& map, const std::vector<Vec3>& nodes) {
   return countIf(map.triangles.size(), [&](std::size_t i) {
     const Triangle& t = map.triangles[i];
     return signOfDeterminant(nodes[t[0]], nodes[t[1]], nodes[t[2]]) <= 0;
@@ -148,7 +148,7 @@ Count badCones(const PmapContents& map, const std::vector<Vec3>& nodes) {
 
 /// How many cones of level 0 hold one direction that lies on the rim of none, those that turn inward taken
 /// away; 0, too, when no such direction was found.
-int conesOverADirection(const PmapContents& map, const std::vector<Vec3>& nodes) {
+int conesOverADirection(const BallMapContents& map, const std::vector<Vec3>& nodes) {
   for (std::size_t attempt = 0; attempt < 16 && !map.triangles.empty(); ++attempt) {
     const Triangle& t = map.triangles[attempt * map.triangles.size() / 16];
     // Any direction will do, so its rounding does not matter; inside a cone it is rarely on a rim.
@@ -172,14 +172,14 @@ int conesOverADirection(const PmapContents& map, const std::vector<Vec3>& nodes)
   return 0;
 }
 
-Count badCells(const PmapContents& map, const std::vector<Vec3>& nodes) {
+Count badCells(const BallMapContents& map, const std::vector<Vec3>& nodes) {
   return countIf(cellCount(map), [&](std::size_t id) {
     const auto node = cellNodes(map, id);
     return orientation(nodes[node[0]], nodes[node[1]], nodes[node[2]], nodes[node[3]]) <= 0;
   });
 }
 
-std::string firstCell(const PmapContents& map, const std::vector<Vec3>& nodes, const Count& count) {
+std::string firstCell(const BallMapContents& map, const std::vector<Vec3>& nodes, const Count& count) {
   if (count.bad == 0) return "";
   const auto node = cellNodes(map, count.first);
   const std::size_t inPrisms = 3 * (map.levels - 1) * map.triangles.size();
@@ -191,7 +191,7 @@ std::string firstCell(const PmapContents& map, const std::vector<Vec3>& nodes, c
          ", near " + place(0.25 * (nodes[node[0]] + nodes[node[1]] + nodes[node[2]] + nodes[node[3]]));
 }
 
-void judgeAttachment(const PmapContents& map, Report& report) {
+void judgeAttachment(const BallMapContents& map, Report& report) {
   // In units of what moving and scaling the vertices may round.
   double worst = 0;
   std::size_t at = 0;
@@ -213,7 +213,7 @@ void judgeAttachment(const PmapContents& map, Report& report) {
                                  ", by " + shortNumber(worst) + " times what rounding can do");
 }
 
-void judgeLevels(const PmapContents& map, Report& report) {
+void judgeLevels(const BallMapContents& map, Report& report) {
   const std::size_t n = map.vertices.size();
   double spread = 0, off = 0, offLevels = 0, previous = kInfinity;
   std::size_t rising = 0, spreadAt = 0;
@@ -257,9 +257,9 @@ void judgeLevels(const PmapContents& map, Report& report) {
 
 }  // namespace
 
-std::size_t cellCount(const PmapContents& map) { return (3 * (map.levels - 1) + 1) * map.triangles.size(); }
+std::size_t cellCount(const BallMapContents& map) { return (3 * (map.levels - 1) + 1) * map.triangles.size(); }
 
-std::array<std::size_t, 4> cellNodes(const PmapContents& map, std::size_t cell) {
+std::array<std::size_t, 4> cellNodes(const BallMapContents& map, std::size_t cell) {
   const std::size_t n = map.vertices.size(), triangles = map.triangles.size();
   const std::size_t prismCells = 3 * (map.levels - 1) * triangles;
   const Triangle& t = map.triangles[cell < prismCells ? cell / 3 % triangles : cell - prismCells];
@@ -282,9 +282,9 @@ std::array<std::size_t, 4> cellNodes(const PmapContents& map, std::size_t cell) 
   return nodes;
 }
 
-Report judgePmap(const PmapContents& map) {
-  Report report;
-  report.kind = "pmap";
+namespace {
+
+void judgeBallMap(const BallMapContents& map, Report& report) {
   report.facts = {{"vertices", map.vertices.size()},
                   {"triangles", map.triangles.size()},
                   {"levels", map.levels},
@@ -296,7 +296,7 @@ Report judgePmap(const PmapContents& map) {
   const bool frame = isFinite(map.center) && std::isfinite(map.unit) && map.unit > 0;
   if (map.notFinite > 0 || !frame) {
     if (!frame) report.atMost("frame", 1, 0, true, "center or unit are no finite numbers, unit > 0");
-    return report;
+    return;
   }
   const std::string defect = surfaceDefect(map);
   report.atMost("surface_closed", defect.empty() ? 0 : 1, 0, true,
@@ -324,6 +324,87 @@ Report judgePmap(const PmapContents& map) {
                       firstCell(map, p.nodes, cells));
   }
   judgeLevels(map, report);
+}
+
+/// Triangles that do not lie in one square between a cell of the domain and a place without one. Vertices are at
+/// halves and quarters ... of cells, which doubles hold up to rounding.
+Count offTheCells(const Domain& shape, const BallMapContents& map) {
+  constexpr double kOff = 1e-9;  // of a cell
+  return countIf(map.triangles.size(), [&](std::size_t i) {
+    const Triangle& t = map.triangles[i];
+    Vec3 corners[3], middle;
+    for (int c = 0; c < 3; ++c) {
+      corners[c] = (1 / shape.side()) * map.vertices[static_cast<std::size_t>(t[static_cast<std::size_t>(c)])];
+      middle = middle + (1.0 / 3) * corners[c];
+    }
+    const Vec3 normal = cross(corners[1] - corners[0], corners[2] - corners[0]);
+    for (int k = 0; k < 3; ++k) {
+      const double plane = std::floor(middle[k]) + 0.5;
+      bool inPlane = true, inSquare = true;
+      std::array<int, 3> below{};
+      for (int axis = 0; axis < 3; ++axis) {
+        const double at = axis == k ? plane - 0.5 : std::round(middle[axis]);
+        if (!(std::abs(at) < 1e6)) return true;
+        below[static_cast<std::size_t>(axis)] = static_cast<int>(at);
+        for (const Vec3& corner : corners) {
+          if (axis == k) inPlane = inPlane && std::abs(corner[k] - plane) <= kOff;
+          if (axis != k) inSquare = inSquare && std::abs(corner[axis] - at) <= 0.5 + kOff;
+        }
+      }
+      if (!inPlane || !inSquare) continue;
+      std::array<int, 3> above = below;
+      ++above[static_cast<std::size_t>(k)];
+      return normal[k] > 0 ? !shape.hasCell(below) || shape.hasCell(above)
+                           : shape.hasCell(below) || !shape.hasCell(above);
+    }
+    return true;
+  });
+}
+
+/// Closed, oriented and of genus 0, with every triangle in a square of the cells' boundary, turned outward, and
+/// winding around the center once: the boundary itself.
+void judgeDomain(const DomainContents& domain, Report& report) {
+  const std::string defect = domain.shape.defect();
+  report.atMost("domain", defect.empty() ? 0 : 1, 0, true,
+                defect.empty() ? "the domain has " + std::to_string(domain.shape.cellCount()) +
+                                     " cells, star-shaped about the middle of one"
+                               : "the domain is not star-shaped: " + defect);
+  Report ofMap;
+  judgeBallMap(domain.map, ofMap);
+  for (Check& check : ofMap.checks) {
+    check.name.insert(0, "domain_");
+    report.checks.push_back(std::move(check));
+  }
+  for (const auto& [name, value] : ofMap.facts) report.facts.emplace_back("domain_" + name, value);
+  const Count off = offTheCells(domain.shape, domain.map);
+  report.atMost("domain_cells", static_cast<double>(off.bad), 0, false,
+                ofTotal(off.bad, domain.map.triangles.size(), "triangles of the domain's surface are no part of "
+                                                              "its cells' boundary") +
+                    (off.bad ? "; the first is " + std::to_string(off.first) : ""));
+
+  const BallMotion& m = domain.motion;
+  double skew = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j)
+      skew = std::max(skew, std::abs(dot(m.rotation[i], m.rotation[j]) - (i == j ? 1 : 0)));
+  }
+  if (!(det(m.rotation[0], m.rotation[1], m.rotation[2]) > 0)) skew = kInfinity;
+  report.atMost("motion_rotation", skew, kRounding, false,
+                "the motion's rotation is off one by " + shortNumber(skew));
+  const double pull = length(m.pull);
+  const bool core = m.coreRadius >= 0 && m.coreRadius < 1;
+  report.atMost("motion_pull", core ? pull : kInfinity, 1 - 1e-9, false,
+                "the motion's pull is " + shortNumber(pull) + " long, its core's radius " +
+                    shortNumber(m.coreRadius));
+}
+
+}  // namespace
+
+Report judgePmap(const PmapContents& map) {
+  Report report;
+  report.kind = "pmap";
+  judgeBallMap(map, report);
+  if (map.domain) judgeDomain(*map.domain, report);
   return report;
 }
 

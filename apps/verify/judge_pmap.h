@@ -46,13 +46,18 @@
 
 namespace polestar::verify {
 
+// A map into a polycube P is three maps in a row, M onto a ball, the ball onto itself, a ball onto P backward; it is
+// a homeomorphism when all three are. The theorem is asked of both ball maps, the names of the checks of the second
+// begin with `domain_`; its solid has to be the union of the cells that the file names; and the motion between the
+// balls, a rotation times a Moebius transformation on every shell, is one to one as long as its pull is below 1.
+
 /// Parallel, linear in the cells: about 0.1 us a tetrahedron.
 Report judgePmap(const PmapContents& map);
 
 /// Nodes of a tetrahedron of K, positively oriented when the surface's triangles run counter-clockwise seen
 /// from outside. Cells 3 (layer * triangles + t) + 0, 1, 2 of the layers, then one a triangle around the
 /// center.
-std::array<std::size_t, 4> cellNodes(const PmapContents& map, std::size_t cell);
-std::size_t cellCount(const PmapContents& map);
+std::array<std::size_t, 4> cellNodes(const BallMapContents& map, std::size_t cell);
+std::size_t cellCount(const BallMapContents& map);
 
 }  // namespace polestar::verify

@@ -52,16 +52,21 @@ bool judgeValues(const VoxelSolid& solid, Report& report) {
   return undefined == 0 && notFinite == 0 && metadata;
 }
 
+/// Of how far out in the domain a place is.
+std::string gaugeName(const VoxelSolid& solid) {
+  return solid.domain.isBall() ? "|rest|" : "rest, as a share of the way out of the domain,";
+}
+
 bool judgeRange(const VoxelSolid& solid, Report& report) {
   double longest = 0;
   std::size_t at = 0, badGreen = 0;
   for (std::size_t v = 0; v < solid.count(); ++v) {
-    const double radius = length(toDouble(solid.rest[v]));
+    const double radius = solid.domain.gauge(toDouble(solid.rest[v]));
     if (radius > longest) longest = radius, at = v;
     badGreen += solid.green[v] < 0 || solid.green[v] > solid.greenCap * (1 + 1e-5);
   }
   report.atMost("range", longest, 1 + 1e-6, true,
-                "|rest| is at most 1 " + std::string(longest >= 1 ? "+ " : "- ") +
+                gaugeName(solid) + " is at most 1 " + std::string(longest >= 1 ? "+ " : "- ") +
                     shortNumber(std::abs(longest - 1)) +
                     (longest > 1 + 1e-6 ? ", at " + voxelText(solid, solid.placeOf(at)) : ""));
   report.atMost("green_range", static_cast<double>(badGreen), 0, true,
@@ -82,25 +87,34 @@ void judgePole(const VoxelSolid& solid, Report& report) {
       "the harmonic radius by G around the center is " + shortNumber(pole.ratio) + " times the file's");
 }
 
-void judgeField(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth, Report& report) {
+void judgeBoundary(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth, Report& report) {
   const BoundaryFit boundary = fitBoundary(solid, depth);
   report.atMost("surface", static_cast<double>(boundary.tooDeep), 0, false,
                 std::to_string(boundary.tooDeep) + " of " + std::to_string(boundary.rim) +
                     " voxels beside the outside lie more than a voxel's diagonal below the surface");
   report.near("boundary", boundary.median, 1, 0.05, false,
-              "|rest| continued to the surface is " + shortNumber(boundary.median) + " in the median");
+              gaugeName(solid) + " continued to the surface is " + shortNumber(boundary.median) + " in the median");
   report.atLeast("boundary_everywhere", boundary.low, 0.85, false,
-                 "|rest| continued to the surface is above " + shortNumber(boundary.low) + " at 99 % of it");
-  const RadiusFit radius = fitRadius(solid);
-  report.atMost("radius", radius.worst, 1e-3, false,
-                (solid.radiusIsOfGreen ? "|rest| is off 1/(1 + rho G) by " : "|rest| falls as G falls, by ") +
-                    shortNumber(radius.worst) + " at most, at " + voxelText(solid, solid.placeOf(radius.at)));
+                 gaugeName(solid) + " continued to the surface is above " + shortNumber(boundary.low) + " at 99 % of it");
+}
+
+void judgeHarmonicity(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth, Report& report) {
   const HarmonicFit harmonic = fitHarmonic(solid, depth);
   report.atMost("harmonic", harmonic.median, 2e-4, false,
                 "rho (G - 1/r) is off its mean around by " + shortNumber(harmonic.median) +
                     " in the median of " + std::to_string(harmonic.places) + " places");
   report.atMost("harmonic_nearly_everywhere", harmonic.most, 2e-3, false,
                 "by more than " + shortNumber(harmonic.most) + " at 2 % of them");
+}
+
+void judgeRadius(const VoxelSolid& solid, Report& report) {
+  const RadiusFit radius = fitRadius(solid);
+  report.atMost("radius", radius.worst, 1e-3, false,
+                (solid.radiusIsOfGreen ? "|rest| is off 1/(1 + rho G) by " : "|rest| falls as G falls, by ") +
+                    shortNumber(radius.worst) + " at most, at " + voxelText(solid, solid.placeOf(radius.at)));
+}
+
+void judgeLines(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth, Report& report) {
   const LineFit lines = fitLines(solid, depth);
   report.atMost("field_lines", lines.median, 4, false,
                 "iso-curves of rest leave the direction of grad G by " + shortNumber(lines.median) +
@@ -116,15 +130,15 @@ void judgeField(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth
                     (canTell ? "" : "; too little, or at too few places, to tell"));
 }
 
-void judgeDegree(const Coverage& cover, const CellSums& cells, Report& report) {
-  constexpr double kBall = 4.18879020478639;
+void judgeDegree(const VoxelSolid& solid, const Coverage& cover, const CellSums& cells, Report& report) {
+  const double whole = solid.domain.volume();
   const double share = static_cast<double>(cover.touched) / static_cast<double>(cover.targets);
-  const double degree = share > 0 ? cells.volume / (kBall * share) : 0;
+  const double degree = share > 0 ? cells.volume / (whole * share) : 0;
   report.near("degree", degree, 1, 0.05, false,
-              "the Jacobian's integral is " + shortNumber(cells.volume / kBall) +
-                  " of the ball, cells cover " + shortNumber(share) + " of it: degree " +
+              "the Jacobian's integral is " + shortNumber(cells.volume / whole) +
+                  " of the domain, cells cover " + shortNumber(share) + " of it: degree " +
                   shortNumber(degree));
-  report.facts.emplace_back("ball_covered", share);
+  report.facts.emplace_back("domain_covered", share);
 }
 
 void judgeCover(const Coverage& cover, Report& report) {
@@ -132,9 +146,9 @@ void judgeCover(const Coverage& cover, Report& report) {
   const double uncovered = static_cast<double>(cover.uncovered) / judged,
                repeated = static_cast<double>(cover.repeated) / judged, share = uncovered + repeated;
   report.atMost("coverage", cover.judged > 0 ? share : 1, 2e-3, false,
-                percent(uncovered) + " of the ball below the boundary layer is not covered, " +
+                percent(uncovered) + " of the domain below the boundary layer is not covered, " +
                     percent(repeated) + " not once; " + percent(judged / static_cast<double>(cover.targets)) +
-                    " of the ball is judged" +
+                    " of the domain is judged" +
                     (share > 0 ? ", worst around " + placeText(cover.example) : ""));
 }
 
@@ -161,13 +175,23 @@ Report judgeVdb(const VoxelSolid& solid) {
   report.kind = "vdb";
   report.facts.emplace_back("voxels", solid.count());
   report.facts.emplace_back("harmonic_radius_voxels", solid.harmonicRadius);
-  if (!judgeValues(solid, report) || !judgeRange(solid, report)) return report;
+  const std::string defect = solid.domain.defect();
+  report.atMost("domain", defect.empty() ? 0 : 1, 0, true,
+                !defect.empty()          ? "the domain is not star-shaped: " + defect
+                : solid.domain.isBall() ? "the domain is the ball"
+                                        : "the domain has " + std::to_string(solid.domain.cellCount()) +
+                                              " cells, star-shaped about the middle of one");
+  if (!defect.empty() || !judgeValues(solid, report) || !judgeRange(solid, report)) return report;
   const std::vector<std::uint16_t> depth = depths(solid);
   const CellSums cells = judgeCells(solid);
   judgePole(solid, report);
-  judgeField(solid, depth, report);
+  judgeBoundary(solid, depth, report);
+  // The two that ask rest for the solid's own Green's function: a polycube's, which bends them, is not in the file.
+  if (solid.domain.isBall()) judgeRadius(solid, report);
+  judgeHarmonicity(solid, depth, report);
+  if (solid.domain.isBall()) judgeLines(solid, depth, report);
   const Coverage cover = measureCoverage(solid, depth);
-  judgeDegree(cover, cells, report);
+  judgeDegree(solid, cover, cells, report);
   judgeOrientation(solid, cells, report);
   judgeCover(cover, report);
   return report;

@@ -17,7 +17,7 @@ namespace {
 using nlohmann::json;
 
 constexpr char kMagic[8] = {'P', 'O', 'L', 'E', 'S', 'T', 'A', 'R'};
-constexpr std::uint32_t kOldestFormat = 2, kFormat = 3;
+constexpr std::uint32_t kOldestFormat = 2, kBallFormat = 3, kFormat = 4;
 constexpr std::size_t kPreamble = 16, kAlignment = 64;
 
 struct Bytes {
@@ -72,7 +72,7 @@ Bytes parse(const std::filesystem::path& path) {
   std::memcpy(&length, file.all.data() + 12, sizeof length);
   if (file.format < kOldestFormat || file.format > kFormat) {
     throw Unreadable("it has .pmap format " + std::to_string(file.format) + ", this program judges " +
-                     std::to_string(kOldestFormat) + " and " + std::to_string(kFormat) +
+                     std::to_string(kOldestFormat) + " to " + std::to_string(kFormat) +
                      "; make the map again with polestar map");
   }
   if (length > size - kPreamble) throw Unreadable("it ends within its header");
@@ -159,7 +159,7 @@ void checkBends(const std::vector<Array>& arrays, std::size_t nodes) {
 }
 
 template <class Number>
-void countNotFinite(const Array& array, PmapContents& contents) {
+void countNotFinite(const Array& array, BallMapContents& contents) {
   for (std::size_t i = 0; i < array.rows * array.columns; ++i) {
     Number value = 0;
     std::memcpy(&value, array.begin + sizeof value * i, sizeof value);
@@ -170,19 +170,32 @@ void countNotFinite(const Array& array, PmapContents& contents) {
   }
 }
 
-void countNotFinite(const std::vector<Array>& arrays, PmapContents& contents) {
+void countNotFinite(const std::vector<Array>& arrays, BallMapContents& contents) {
   for (const Array& array : arrays) {
     if (array.type == "float64") countNotFinite<double>(array, contents);
     if (array.type == "float32") countNotFinite<float>(array, contents);
   }
 }
 
-}  // namespace
+Vec3 vec3Of(const json& list) {
+  Vec3 v;
+  for (int k = 0; k < 3; ++k) v[k] = list.at(static_cast<std::size_t>(k));
+  return v;
+}
 
-PmapContents readPmap(const std::filesystem::path& path) try {
-  const Bytes file = parse(path);
-  const std::vector<Array> arrays = arraysOf(file);
-  PmapContents contents;
+/// The arrays of one of a file's two maps, by their names without what tells the two apart.
+std::vector<Array> arraysNamed(const std::vector<Array>& all, const std::string& prefix) {
+  std::vector<Array> found;
+  for (Array array : all) {
+    if (!array.name.starts_with(prefix)) continue;
+    array.name.erase(0, prefix.size());
+    found.push_back(std::move(array));
+  }
+  return found;
+}
+
+BallMapContents readBallMap(const Bytes& file, const json& header, const std::vector<Array>& arrays) {
+  BallMapContents contents;
   contents.vertices = take<Vec3>(arrays, "vertices", "float64", 0);
   contents.triangles = take<Triangle>(arrays, "triangles", "int32", 0);
   const std::size_t n = contents.vertices.size();
@@ -193,9 +206,9 @@ PmapContents readPmap(const std::filesystem::path& path) try {
       }
     }
   }
-  contents.radii = file.header.at("levels").get<std::vector<double>>();
+  contents.radii = header.at("levels").get<std::vector<double>>();
   contents.levels = contents.radii.size();
-  contents.radiusIsOfGreen = !file.header.contains("radius") || file.header["radius"].at("kind") == "green";
+  contents.radiusIsOfGreen = !header.contains("radius") || header["radius"].at("kind") == "green";
   if (contents.levels == 0) throw Unreadable("it has no levels");
   if (n > file.all.size() || contents.levels > file.all.size()) throw Unreadable("it has impossible sizes");
   contents.nodes = take<Vec3>(arrays, "nodes_inner", "float64", contents.levels * n + 1);
@@ -206,9 +219,31 @@ PmapContents readPmap(const std::filesystem::path& path) try {
                                     [](const Array& array) { return array.name == "slope_trust"; });
   if (hasBends != (file.format > kOldestFormat)) throw Unreadable("it is damaged: its format is another one");
   if (hasBends) checkBends(arrays, contents.nodes.size());
-  for (int k = 0; k < 3; ++k) contents.center[k] = file.header.at("center").at(static_cast<std::size_t>(k));
-  contents.unit = file.header.at("unit");
+  contents.center = vec3Of(header.at("center"));
+  contents.unit = header.at("unit");
   countNotFinite(arrays, contents);
+  return contents;
+}
+
+DomainContents readDomain(const Bytes& file, const std::vector<Array>& arrays) {
+  const json &shape = file.header.at("domain_shape"), &motion = file.header.at("motion");
+  DomainContents domain{Domain(shape.at("cells"), shape.at("cell_side")),
+                        readBallMap(file, file.header.at("domain_map"), arraysNamed(arrays, "domain_")), {}};
+  for (std::size_t k = 0; k < 3; ++k) domain.motion.rotation[k] = vec3Of(motion.at("rotation").at(k));
+  domain.motion.pull = vec3Of(motion.at("pull"));
+  domain.motion.coreRadius = motion.at("core_radius");
+  return domain;
+}
+
+}  // namespace
+
+PmapContents readPmap(const std::filesystem::path& path) try {
+  const Bytes file = parse(path);
+  const std::vector<Array> arrays = arraysOf(file);
+  PmapContents contents{readBallMap(file, file.header, arrays), std::nullopt};
+  if (file.header.contains("domain_map") != (file.format > kBallFormat))
+    throw Unreadable("it is damaged: its format is another one");
+  if (file.format > kBallFormat) contents.domain = readDomain(file, arrays);
   return contents;
 } catch (const json::exception& error) {
   throw Unreadable(std::string("its header lacks something: ") + error.what());

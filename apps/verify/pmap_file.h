@@ -8,17 +8,27 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "domain.h"
 #include "vec3.h"
 
 namespace polestar::verify {
 
 using Triangle = std::array<std::int32_t, 3>;
 
+/// Of the ball onto itself: x -> |x| R M(x / |x|), R a rotation, M the Moebius transformation of the sphere that
+/// draws all directions towards `pull`, by a share of it in the shells below the surface and not at all in the core.
+struct BallMotion {
+  std::array<Vec3, 3> rotation;  ///< rows
+  Vec3 pull;
+  double coreRadius = 0;
+};
+
 /// Nodes: level * vertices.size() + vertex, levels from the surface (0) inward, and one more for the center.
-struct PmapContents {
+struct BallMapContents {
   std::vector<Vec3> vertices;       ///< of the surface, mesh units
   std::vector<Triangle> triangles;  ///< of the surface
   std::size_t levels = 0;
@@ -32,6 +42,17 @@ struct PmapContents {
   double unit = 1;
   std::size_t notFinite = 0;   ///< numbers of the file's arrays that are NaN or infinite
   std::string firstNotFinite;  ///< where
+};
+
+/// Format 4: where the map does not end in the ball.
+struct DomainContents {
+  Domain shape;
+  BallMapContents map;  ///< of the polycube onto the ball
+  BallMotion motion;    ///< from the solid's ball to the polycube's
+};
+
+struct PmapContents : BallMapContents {
+  std::optional<DomainContents> domain;
 };
 
 /// @throws Unreadable for what is missing, damaged, of another format, or names what is not there.

@@ -200,9 +200,16 @@ VoxelSolid readVdb(const std::filesystem::path& path) {
   const Grids grids = readGrids(path);
   const Affine affine = affineOf(grids);
   const auto domain = metadata<std::string>(grids, "polestar:domain", "; is it a file of polestar map?");
-  if (domain != "ball") throw Unreadable("it maps onto a " + domain + "; only maps onto the ball are judged");
+  const bool ofCells = domain == "cube" || domain == "polycube";
+  if (domain != "ball" && !ofCells) {
+    throw Unreadable("it maps onto a " + domain + "; maps onto the ball, a cube or a polycube are judged");
+  }
 
   VoxelSolid solid;
+  if (ofCells) {
+    solid.domain = Domain(metadata<std::string>(grids, "polestar:domain_cells", ""),
+                          metadata<double>(grids, "polestar:domain_cell_side", ""));
+  }
   solid.transformFault = affine.fault;
   const CoordBBox box = insideBox(grids.surface->tree(), solid.notFiniteSurface);
   fillVoxels(grids, box, solid);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "domain.h"
 #include "vec3.h"
 
 namespace polestar::verify {
@@ -25,6 +26,7 @@ struct VoxelSolid {
   std::vector<Vec3f> rest;
   std::vector<float> green, surface;
 
+  Domain domain;  ///< that `rest` maps onto
   Vec3 center;
   double harmonicRadius = 0, greenCap = 0;
   double coreRadius = 0;        ///< of the ball's part where iso-curves are no field lines

@@ -13,9 +13,17 @@
 #include <vector>
 
 #include "polestar/core/version.h"
+#include "polestar/map/landmarks.h"
+#include "polestar/map/surface_points.h"
+#include "polestar/mesh/shapes.h"
+#include "polestar/polycube/polycube_text.h"
+#include "polestar/sphere/sphere_locator.h"
 
 namespace polestar {
 namespace {
+
+// Squares of a cell's face along each side, before triangles that are too wide seen from the center are cut.
+constexpr int kDomainDivisions = 2;
 
 // Adds the seconds that `work` takes to `total`.
 template <class Work>
@@ -88,7 +96,70 @@ BallMap mapToBall(const StarShape& given, const MapOptions& options, Context& co
 
 namespace {
 
-// Points of the solid's grid -> the ball, and G; as BallMap::sample.
+// A direction for the surface of a shape: where the ray from the center that goes through `place` leaves it, by the
+// map of that surface onto the sphere.
+class SurfaceSeen {
+ public:
+  explicit SurfaceSeen(const BallMap& map)
+      : sphere_(map.sphere().directions),
+        triangles_(map.chart().green().shape().mesh().triangles),
+        surface_(map.chart().green().shape().mesh().vertices, triangles_) {}
+
+  std::optional<Vec3> operator()(const Vec3& place) const {
+    const auto hit = surface_.locate(place);
+    if (!hit) return std::nullopt;
+    Vec3 direction = Vec3::Zero();
+    for (int k = 0; k < 3; ++k) direction += hit->weights[k] * sphere_[triangles_[hit->triangle][k]];
+    return direction;
+  }
+
+ private:
+  std::vector<Vec3> sphere_;
+  std::vector<Triangle> triangles_;
+  SphereLocator surface_;
+};
+
+// Points of both surfaces that are seen in one direction, as directions in the two balls: the corners of the
+// polycube, and some of each surface, even in area.
+std::vector<LandmarkPair> facingPairs(const BallMap& solid, const BallMap& domain, const Mat3& axes) {
+  constexpr std::size_t kPairs = 400;
+  const SurfaceSeen solidAt(solid), domainAt(domain);
+  std::vector<LandmarkPair> pairs;
+  const TriMesh& mesh = solid.chart().green().shape().mesh();
+  const double share = surfaceArea(mesh) / kPairs;
+  double area = 0.5 * share;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    area += 0.5 * areaVector(mesh, t).norm();
+    if (area < share) continue;
+    area = std::fmod(area, share);
+    const Vec3 place = (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3;
+    const std::optional<Vec3> from = solidAt(place), to = domainAt(axes.transpose() * place);
+    if (from && to) pairs.push_back({*from, *to});
+  }
+  return pairs;
+}
+
+}  // namespace
+
+DomainMap mapToDomain(const BallMap& solid, const PolycubeFit& fit, const MapOptions& options,
+                      Context& context, MapTimings* timings) {
+  // The center of the lattice is the origin of the domain's frame.
+  StarOptions atOrigin;
+  atOrigin.center = Vec3::Zero();
+  atOrigin.rays = 0;
+  const StarShape shape =
+      verifyStarShape(verifyClosedSurface(fit.polycube.surface(kDomainDivisions)), atOrigin, context);
+  BallMap domain = mapToBall(shape, options, context, timings);
+  const LandmarkFit motion = fitLandmarks(facingPairs(solid, domain, fit.axes));
+  const bool isCube = fit.polycube.cells().size() == 1;
+  return {solid, motion.motion, std::move(domain),
+          DomainShape{isCube ? "cube" : "polycube", toText(fit.polycube), fit.polycube.cellSide(), fit.axes,
+                      fit.unit, fit.overlap}};
+}
+
+namespace {
+
+// Points of the solid's grid -> the domain, and G; as BallMap::sample.
 using Sampler = std::function<void(std::span<const Vec3>, std::span<Vec3>, std::span<double>)>;
 
 SolidGrids sampledGrids(const BallMap& map, const Sampler& sample, const GridOptions& options,
@@ -129,7 +200,65 @@ SolidGrids sampledGrids(const BallMap& map, const Sampler& sample, const GridOpt
   return grids;
 }
 
+// Of grids that are in a domain's coordinates, or hold them.
+void setDomainMetadata(const DomainShape& shape, SolidGrids& grids) {
+  grids.setMetadata("polestar:domain", shape.kind);
+  grids.setMetadata("polestar:domain_cells", shape.cells);
+  grids.setMetadata("polestar:domain_cell_side", shape.cellSide);
+  for (int k = 0; k < 3; ++k)
+    grids.setMetadata(std::string("polestar:domain_axis_") + "xyz"[k], Vec3(shape.axes.col(k)));
+  grids.setMetadata("polestar:domain_unit", shape.unit);
+  grids.setMetadata("polestar:domain_overlap", shape.overlap);
+}
+
+SolidGrids positionGrids(const TriMesh& domain,
+                         const std::function<void(std::span<const Vec3>, std::span<Vec3>)>& inverse,
+                         const GridOptions& options, Context& context) {
+  SolidGrids grids(domain, options, context);
+  grids.addVector(
+      "position", ValueRole::invariant,
+      [&](const VoxelBatch& batch, std::span<Vec3f> values) {
+        std::vector<Vec3> solid(batch.points.size());
+        inverse(batch.points, solid);
+        for (std::size_t i = 0; i < solid.size(); ++i) values[i] = solid[i].cast<float>();
+      },
+      true, context);
+  grids.setMetadata("polestar:version", std::string(kVersion));
+  grids.setMetadata("polestar:domain", std::string("ball"));
+  return grids;
+}
+
 }  // namespace
+
+SolidGrids gridsOf(const DomainMap& map, const GridOptions& options, Context& context) {
+  SolidGrids grids = sampledGrids(
+      map.solid(),
+      [&](std::span<const Vec3> solid, std::span<Vec3> domain, std::span<double> green) {
+        map.sample(solid, domain, green);
+      },
+      options, context);
+  setDomainMetadata(map.shape(), grids);
+  grids.setMetadata("polestar:exact", std::string("no"));
+  return grids;
+}
+
+SolidGrids inverseGridsOf(const BallMap& map, const GridOptions& options, Context& context) {
+  // The grids' surface is 1 - cos of half an edge below the sphere, 8e-5.
+  const SurfacePoints surface(map);
+  return positionGrids(
+      icosphere(6),
+      [&](std::span<const Vec3> ball, std::span<Vec3> solid) { surface.continuedInverse(ball, solid); },
+      options, context);
+}
+
+SolidGrids inverseGridsOf(const DomainMap& map, const GridOptions& options, Context& context) {
+  SolidGrids grids = positionGrids(
+      map.domain().chart().green().shape().surface().mesh(),
+      [&](std::span<const Vec3> domain, std::span<Vec3> solid) { map.sampleInverse(domain, solid); }, options,
+      context);
+  setDomainMetadata(map.shape(), grids);
+  return grids;
+}
 
 SolidGrids gridsOf(const BallMap& map, const GridOptions& options, Context& context) {
   SolidGrids grids = sampledGrids(
@@ -244,13 +373,19 @@ FilteredGrids filterCells(SolidGrids& grids, Context& context) {
   return result;
 }
 
-Certificate certifyGrids(const BallMap& map, const SolidGrids& grids, std::size_t roundTrips,
-                         Context& context) {
-  // Every leaf fills its own slot, so that the result does not depend on who visits when.
-  const std::size_t leaves = grids.leafCount("rest");
+namespace {
+
+// Every leaf fills its own slot, so that the result does not depend on who visits when.
+struct JudgedGrid {
+  CellQuality cells;
+  std::vector<Vec3> inside;  // voxels, mesh units
+};
+
+JudgedGrid judge(const SolidGrids& grids, const std::string& vectorGrid) {
+  const std::size_t leaves = grids.leafCount(vectorGrid);
   std::vector<CellQuality> quality(leaves);
   std::vector<std::vector<Vec3>> inside(leaves);
-  grids.visitBricks("rest", [&](std::size_t leaf, const SolidGrids::Brick& brick) {
+  grids.visitBricks(vectorGrid, [&](std::size_t leaf, const SolidGrids::Brick& brick) {
     constexpr int n = SolidGrids::Brick::kSize;
     quality[leaf] = judgeCells({n, brick.values, brick.signedDistance, brick.active, grids.voxelSize()});
     for (int i = 0; i + 1 < n; ++i) {
@@ -265,19 +400,40 @@ Certificate certifyGrids(const BallMap& map, const SolidGrids& grids, std::size_
       }
     }
   });
-  CellQuality total;
-  std::vector<Vec3> voxels;
+  JudgedGrid judged;
   for (std::size_t leaf = 0; leaf < leaves; ++leaf) {
-    total += quality[leaf];
-    voxels.insert(voxels.end(), inside[leaf].begin(), inside[leaf].end());
+    judged.cells += quality[leaf];
+    judged.inside.insert(judged.inside.end(), inside[leaf].begin(), inside[leaf].end());
   }
-  const std::size_t count = std::min(roundTrips, voxels.size());
+  return judged;
+}
+
+template <class Map>
+Certificate certifyJudged(const Map& map, const SolidGrids& grids, std::size_t roundTrips, Context& context) {
+  const JudgedGrid judged = judge(grids, "rest");
+  const std::size_t count = std::min(roundTrips, judged.inside.size());
   std::vector<Vec3> chosen(count);
-  for (std::size_t i = 0; i < count; ++i) chosen[i] = voxels[i * voxels.size() / count];
+  for (std::size_t i = 0; i < count; ++i) chosen[i] = judged.inside[i * judged.inside.size() / count];
   context.throwIfCancelled();
   context.progress("round trips", 0);
   const RoundTrip trip = measureRoundTrip(map, chosen);
-  return certify(map, total, trip, grids.voxelSize(), context);
+  return certify(map, judged.cells, trip, grids.voxelSize(), context);
+}
+
+}  // namespace
+
+Certificate certifyGrids(const BallMap& map, const SolidGrids& grids, std::size_t roundTrips,
+                         Context& context) {
+  return certifyJudged(map, grids, roundTrips, context);
+}
+
+Certificate certifyGrids(const DomainMap& map, const SolidGrids& grids, std::size_t roundTrips,
+                         Context& context) {
+  return certifyJudged(map, grids, roundTrips, context);
+}
+
+CellQuality judgeGrid(const SolidGrids& grids, const std::string& vectorGrid) {
+  return judge(grids, vectorGrid).cells;
 }
 
 }  // namespace polestar

@@ -6,6 +6,7 @@
 //   file -> TriMesh -> ClosedSurface -> StarShape -> GreenFunction -> GreenChart -> BallMap -> grids,
 //   pictures
 //                                           \---------> SphereMap ------------------/
+//                                            \--------> Polycube, one more StarShape: DomainMap
 //
 // Two of the sphere maps, `field-line` and `balanced`, and all radii but `green` are read off the chart.
 
@@ -17,10 +18,12 @@
 #include "polestar/green/green_function.h"
 #include "polestar/map/balanced.h"
 #include "polestar/map/ball_map.h"
+#include "polestar/map/domain_map.h"
 #include "polestar/map/map_file.h"
 #include "polestar/mesh/closed_surface.h"
 #include "polestar/mesh/read_mesh.h"
 #include "polestar/mesh/repair.h"
+#include "polestar/polycube/fit_polycube.h"
 #include "polestar/sphere/sphere_map.h"
 #include "polestar/star/star_shape.h"
 #include "polestar/star/subdivide.h"
@@ -38,6 +41,8 @@ namespace polestar {
 //  GreenChart     traceChart(green)           chart/   field lines: the table of (R, omega)
 //  SphereMap      conformalSphereMap(shape)   sphere/  phi, without a flip
 //  BallMap        BallMap(chart, sphere)      map/     forward, inverse, Jacobian
+//  PolycubeFit    fitPolycube(shape)          polycube/ a domain that resembles the solid
+//  DomainMap      mapToDomain(ball, fit)      map/     the same three, onto that
 // clang-format on
 
 struct MapOptions {
@@ -63,6 +68,13 @@ struct MapTimings {
 BallMap mapToBall(const StarShape& shape, const MapOptions& options = {}, Context& context = Context::quiet(),
                   MapTimings* timings = nullptr);
 
+/// From a solid's ball map to its coordinates in a polycube: maps the polycube by the same options, and brings
+/// the two balls into line so that points of the surfaces which are seen from the center in one direction meet
+/// as nearly as motions let them. `timings`: of the polycube.
+/// @throws what mapToBall() throws.
+DomainMap mapToDomain(const BallMap& solid, const PolycubeFit& fit, const MapOptions& options = {},
+                      Context& context = Context::quiet(), MapTimings* timings = nullptr);
+
 /// The two freedoms of the ball map, as `options.boundary` and `options.radius` choose them.
 struct BoundaryChoice {
   SphereMap sphere;
@@ -75,6 +87,15 @@ BoundaryChoice chooseBoundary(const GreenChart& chart, const MapOptions& options
 /// The grids `surface`, `density`, `rest` and `green` of a map, with its provenance as metadata. G is capped
 /// at the value it has at one voxel from the center; the cap is in the metadata.
 SolidGrids gridsOf(const BallMap& map, const GridOptions& options, Context& context = Context::quiet());
+/// `rest` in the domain's coordinates; the domain is in the metadata.
+SolidGrids gridsOf(const DomainMap& map, const GridOptions& options, Context& context = Context::quiet());
+
+/// The other way round, for looking up by coordinates: the domain's `surface` and `density`, and `position`, the
+/// point of the solid in mesh units. `options` are in the domain's units.
+SolidGrids inverseGridsOf(const BallMap& map, const GridOptions& options,
+                          Context& context = Context::quiet());
+SolidGrids inverseGridsOf(const DomainMap& map, const GridOptions& options,
+                          Context& context = Context::quiet());
 
 /// The same with a field line traced from every voxel inside, where gridsOf() reads the map's table.
 struct TracedGrids {
@@ -99,5 +120,11 @@ FilteredGrids filterCells(SolidGrids& grids, Context& context = Context::quiet()
 /// voxels.
 Certificate certifyGrids(const BallMap& map, const SolidGrids& grids, std::size_t roundTrips = 50000,
                          Context& context = Context::quiet());
+/// The domain's map is judged as the solid's is; those checks have names that begin with `domain_`.
+Certificate certifyGrids(const DomainMap& map, const SolidGrids& grids, std::size_t roundTrips = 50000,
+                         Context& context = Context::quiet());
+
+/// Counts over the cells of a grid of vectors as written: `rest`, or `position`.
+CellQuality judgeGrid(const SolidGrids& grids, const std::string& vectorGrid);
 
 }  // namespace polestar

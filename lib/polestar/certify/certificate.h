@@ -10,6 +10,7 @@
 #include "polestar/certify/voxel_cells.h"
 #include "polestar/core/context.h"
 #include "polestar/map/ball_map.h"
+#include "polestar/map/domain_map.h"
 
 namespace polestar {
 
@@ -72,6 +73,10 @@ struct Certificate {
 /// in mesh units. What the map says of itself is not taken for granted: cells are counted, and the field is
 /// evaluated, anew. Cost: 0.1 us a cell of the foliation and some 40,000 evaluations of the field.
 Certificate certify(const BallMap& map, const CellQuality& sampled, const RoundTrip& roundTrip,
+                    double voxelSize, Context& context = Context::quiet());
+/// A map into another domain than the ball is one to one when both its halves are: the checks of the domain's own
+/// map follow those of the solid's, under names that begin with `domain_`, and `motion` is about what joins them.
+Certificate certify(const DomainMap& map, const CellQuality& sampled, const RoundTrip& roundTrip,
                     double voxelSize, Context& context = Context::quiet());
 
 }  // namespace polestar

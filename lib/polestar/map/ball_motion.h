@@ -23,6 +23,7 @@ class BallMotion final : public VolumeMap {
 
   const Mat3& rotation() const { return rotation_; }
   const Vec3& pull() const { return pull_; }
+  double coreRadius() const { return core_; }
 
   void forward(std::span<const Vec3> from, std::span<Vec3> to) const override;
   void inverse(std::span<const Vec3> to, std::span<Vec3> from) const override;

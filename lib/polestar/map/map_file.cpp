@@ -19,8 +19,11 @@ namespace {
 using nlohmann::json;
 
 constexpr char kMagic[8] = {'P', 'O', 'L', 'E', 'S', 'T', 'A', 'R'};
-/// Format 2 has no `slope_trust` and `straight_nodes`.
-constexpr std::uint32_t kFormat = 3, kOldestFormat = 2;
+/// Format 2 has no `slope_trust` and `straight_nodes`. Files without a domain of their own have 3 still: for
+/// them nothing is different.
+constexpr std::uint32_t kFormat = 4, kBallFormat = 3, kOldestFormat = 2;
+/// Before the names of what belongs to the domain's map.
+const std::string kDomainPrefix = "domain_";
 constexpr std::size_t kPreamble = sizeof kMagic + 2 * sizeof(std::uint32_t), kAlignment = 64;
 
 std::size_t aligned(std::size_t size) { return (size + kAlignment - 1) / kAlignment * kAlignment; }
@@ -170,18 +173,23 @@ json toJson(const std::vector<SignProof>& proofs) {
   return list;
 }
 
-json describe(const BallMap& map, const MapProvenance& provenance) {
+json toJson(const Mat3& m) {
+  json rows = json::array();
+  for (int k = 0; k < 3; ++k) rows.push_back(toJson(Vec3(m.row(k))));
+  return rows;
+}
+Mat3 toMat3(const json& j) {
+  Mat3 m;
+  for (int k = 0; k < 3; ++k) m.row(k) = toVec3(j.at(static_cast<std::size_t>(k)));
+  return m;
+}
+
+json describe(const BallMap& map) {
   const GreenChart& chart = map.chart();
   const GreenRecord& green = chart.green().record();
   const ChartReport& report = chart.report();
   const Frame& frame = chart.green().shape().frame();
-  json header{{"format", "polestar/pmap"},
-              {"version", kVersion},
-              {"domain", "ball"},
-              {"source", provenance.source},
-              {"arguments", provenance.arguments},
-              {"balance_volume", provenance.balanceVolume ? json(*provenance.balanceVolume) : json()},
-              {"center", toJson(frame.origin)},
+  json header{{"center", toJson(frame.origin)},
               {"unit", frame.unit},
               {"levels", chart.foliation().levels},
               {"green",
@@ -230,6 +238,28 @@ json describe(const BallMap& map, const MapProvenance& provenance) {
   return header;
 }
 
+json describe(const BallMap& map, const DomainMap* domain, const MapProvenance& provenance) {
+  json header = describe(map);
+  header["format"] = "polestar/pmap";
+  header["version"] = kVersion;
+  header["source"] = provenance.source;
+  header["arguments"] = provenance.arguments;
+  header["balance_volume"] = provenance.balanceVolume ? json(*provenance.balanceVolume) : json();
+  header["domain"] = "ball";
+  if (!domain) return header;
+  const DomainShape& shape = domain->shape();
+  header["domain"] = shape.kind;
+  header["domain_shape"] = {{"cells", shape.cells},         {"cell_side", shape.cellSide},
+                            {"axes", toJson(shape.axes)},   {"unit", shape.unit},
+                            {"overlap", shape.overlap}};
+  header["domain_map"] = describe(domain->domain());
+  const BallMotion& motion = domain->motion();
+  header["motion"] = {{"rotation", toJson(motion.rotation())},
+                      {"pull", toJson(motion.pull())},
+                      {"core_radius", motion.coreRadius()}};
+  return header;
+}
+
 [[noreturn]] void fail(const std::filesystem::path& path, const std::string& reason) {
   throw Error(Errc::io, path.string() + ": " + reason);
 }
@@ -258,7 +288,7 @@ RawFile readRaw(const std::filesystem::path& path) {
   std::memcpy(&length, &raw.bytes[sizeof kMagic + sizeof raw.format], sizeof length);
   if (raw.format < kOldestFormat || raw.format > kFormat) {
     fail(path, "has .pmap format " + std::to_string(raw.format) + ", this program reads " +
-                   std::to_string(kOldestFormat) + " and " + std::to_string(kFormat) +
+                   std::to_string(kOldestFormat) + " to " + std::to_string(kFormat) +
                    "; make the map again with polestar map");
   }
   if (kPreamble + length > size) fail(path, "is truncated within its header; make the map again");
@@ -284,7 +314,8 @@ RawFile readRaw(const std::filesystem::path& path) {
     return entry.is_object() && entry.value("name", json()) == "slope_trust";
   });
   if (hasher.hex() != raw.header["hash"].get<std::string>() || !zeros ||
-      hasBends != (raw.format > kOldestFormat)) {
+      hasBends != (raw.format > kOldestFormat) ||
+      raw.header.contains("domain_map") != (raw.format > kBallFormat)) {
     fail(path, "is damaged or truncated (its hash does not match); make the map again");
   }
   return raw;
@@ -325,41 +356,53 @@ void checkNodes(const std::vector<std::size_t>& ids, std::size_t nodes, const st
     fail(path, "a list names a node that is not there");
 }
 
-std::optional<NodeBends> takeBends(const RawFile& raw, std::size_t nodes, const std::filesystem::path& path) {
-  if (raw.format == kOldestFormat) return std::nullopt;
-  NodeBends bends{takeArray<float>(raw, path, "slope_trust", 1, nodes),
-                  takeArray<std::size_t>(raw, path, "straight_nodes", 1, 0)};
+/// What a file holds of one ball map: the solid's, or that of its domain.
+struct Part {
+  const RawFile& raw;
+  const std::filesystem::path& path;
+  const json& header;
+  std::string prefix;  ///< of its arrays' names
+
+  template <class T>
+  std::vector<T> take(const std::string& name, std::size_t columns, std::size_t expectedRows) const {
+    return takeArray<T>(raw, path, prefix + name, columns, expectedRows);
+  }
+};
+
+std::optional<NodeBends> takeBends(const Part& part, std::size_t nodes) {
+  if (part.raw.format == kOldestFormat) return std::nullopt;
+  NodeBends bends{part.take<float>("slope_trust", 1, nodes), part.take<std::size_t>("straight_nodes", 1, 0)};
   if (!std::all_of(bends.trust.begin(), bends.trust.end(), [](float x) { return x >= 0 && x <= 1; }))
-    fail(path, "has a trust in slopes outside of [0, 1]; make the map again");
-  checkNodes(bends.straight, nodes, path);
+    fail(part.path, "has a trust in slopes outside of [0, 1]; make the map again");
+  checkNodes(bends.straight, nodes, part.path);
   return bends;
 }
 
 // The layer of the solver "layer", the charges of "mfs".
-void addSources(ArrayList& arrays, const GreenSources& sources) {
+void addSources(ArrayList& arrays, const std::string& prefix, const GreenSources& sources) {
   if (const auto* layer = std::get_if<SurfaceLayer>(&sources)) {
-    arrays.add("layer_vertices_inner", std::span(layer->mesh.vertices), 3);
-    arrays.add("layer_triangles", std::span(layer->mesh.triangles), 3);
-    arrays.add("density", std::span(layer->density), 1);
+    arrays.add(prefix + "layer_vertices_inner", std::span(layer->mesh.vertices), 3);
+    arrays.add(prefix + "layer_triangles", std::span(layer->mesh.triangles), 3);
+    arrays.add(prefix + "density", std::span(layer->density), 1);
   } else {
     const auto& charges = std::get<PointSources>(sources);
-    arrays.add("source_positions_inner", std::span(charges.positions), 3);
-    arrays.add("source_charges", std::span(charges.charges), 1);
+    arrays.add(prefix + "source_positions_inner", std::span(charges.positions), 3);
+    arrays.add(prefix + "source_charges", std::span(charges.charges), 1);
   }
 }
 
-GreenSources takeSources(const RawFile& raw, const std::filesystem::path& path) {
-  if (raw.header.at("green").at("solver") == "mfs") {
+GreenSources takeSources(const Part& part) {
+  if (part.header.at("green").at("solver") == "mfs") {
     PointSources charges;
-    charges.positions = takeArray<Vec3>(raw, path, "source_positions_inner", 3, 0);
-    charges.charges = takeArray<double>(raw, path, "source_charges", 1, charges.positions.size());
+    charges.positions = part.take<Vec3>("source_positions_inner", 3, 0);
+    charges.charges = part.take<double>("source_charges", 1, charges.positions.size());
     return charges;
   }
   SurfaceLayer layer;
-  layer.mesh.vertices = takeArray<Vec3>(raw, path, "layer_vertices_inner", 3, 0);
-  layer.mesh.triangles = takeArray<Triangle>(raw, path, "layer_triangles", 3, 0);
-  checkIndices(layer.mesh, path);
-  layer.density = takeArray<double>(raw, path, "density", 1, layer.mesh.vertices.size());
+  layer.mesh.vertices = part.take<Vec3>("layer_vertices_inner", 3, 0);
+  layer.mesh.triangles = part.take<Triangle>("layer_triangles", 3, 0);
+  checkIndices(layer.mesh, part.path);
+  layer.density = part.take<double>("density", 1, layer.mesh.vertices.size());
   return layer;
 }
 
@@ -389,11 +432,12 @@ std::optional<double> toBalanceVolume(const json& header) {
   return std::nullopt;
 }
 
-BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
-  const json& header = raw.header;
+BallMap restore(const Part& part) {
+  const json& header = part.header;
+  const std::filesystem::path& path = part.path;
   TriMesh mesh;
-  mesh.vertices = takeArray<Vec3>(raw, path, "vertices", 3, 0);
-  mesh.triangles = takeArray<Triangle>(raw, path, "triangles", 3, 0);
+  mesh.vertices = part.take<Vec3>("vertices", 3, 0);
+  mesh.triangles = part.take<Triangle>("triangles", 3, 0);
   const std::size_t n = mesh.vertices.size();
   checkIndices(mesh, path);
   StarOptions starOptions;
@@ -421,7 +465,7 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
                           e.value("sampled", 0.0),
                           e.value("truncation", 0.0)};
   for (const json& proof : g.value("signs", json::array())) record.signs.push_back(toSignProof(proof));
-  GreenSources sources = takeSources(raw, path);
+  GreenSources sources = takeSources(part);
   GreenFunction green = restoreGreen(shape, std::move(sources), std::move(record));
 
   auto data = std::make_shared<GreenChart::Data>(GreenChart::Data{green, {}, {}, {}, {}, {}, {}, {}});
@@ -431,11 +475,11 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   f.levels = header.at("levels").get<std::vector<double>>();
   if (f.levels.size() < 2) fail(path, "has fewer than two levels");
   const std::size_t nodes = f.centerNode() + 1;
-  f.nodes = takeArray<Vec3>(raw, path, "nodes_inner", 3, nodes);
-  data->h = takeArray<double>(raw, path, "harmonic", 1, nodes);
-  data->gradient = takeArray<Vec3>(raw, path, "harmonic_gradient", 3, nodes);
-  data->directions = takeArray<Vec3>(raw, path, "omega", 3, n);
-  data->movedNodes = takeArray<std::size_t>(raw, path, "moved_nodes", 1, 0);
+  f.nodes = part.take<Vec3>("nodes_inner", 3, nodes);
+  data->h = part.take<double>("harmonic", 1, nodes);
+  data->gradient = part.take<Vec3>("harmonic_gradient", 3, nodes);
+  data->directions = part.take<Vec3>("omega", 3, n);
+  data->movedNodes = part.take<std::size_t>("moved_nodes", 1, 0);
   checkNodes(data->movedNodes, nodes, path);
   const json& c = header.at("chart");
   data->report.lines = c.at("lines");
@@ -453,7 +497,7 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   const json& s = header.at("sphere");
   SphereMap sphere;
   sphere.kind = toSphereMapKind(s.at("kind"), path);
-  sphere.directions = takeArray<Vec3>(raw, path, "phi", 3, n);
+  sphere.directions = part.take<Vec3>("phi", 3, n);
   sphere.flips = countFlips(sphere.directions, f.triangles);
   sphere.qcMean = s.at("qc_mean");
   sphere.qcMax = s.at("qc_max");
@@ -461,41 +505,47 @@ BallMap restore(const RawFile& raw, const std::filesystem::path& path) {
   sphere.fallbackReason = s.at("fallback");
   const BallMapOptions options{header.at("core") == "smooth" ? CoreMode::smooth : CoreMode::paper,
                                header.at("core_radius")};
-  NodeImages images{takeArray<Vec3>(raw, path, "ball", 3, nodes),
-                    takeArray<std::size_t>(raw, path, "linear_nodes", 1, 0)};
+  NodeImages images{part.take<Vec3>("ball", 3, nodes),
+                    part.take<std::size_t>("linear_nodes", 1, 0)};
   checkNodes(images.linear, nodes, path);
   return BallMap(GreenChart(std::move(data)), std::move(sphere), options, toRadiusProfile(header, path),
-                 std::move(images), takeBends(raw, nodes, path));
+                 std::move(images), takeBends(part, nodes));
 }
 
-ArrayList arraysOf(const BallMap& map) {
+DomainMap restoreDomain(BallMap solid, const RawFile& raw, const std::filesystem::path& path) {
+  const json& s = raw.header.at("domain_shape");
+  DomainShape shape{raw.header.at("domain"), s.at("cells"), s.at("cell_side"),
+                    toMat3(s.at("axes")),    s.at("unit"),  s.at("overlap")};
+  const json& m = raw.header.at("motion");
+  BallMotion motion(toMat3(m.at("rotation")), toVec3(m.at("pull")), m.at("core_radius"));
+  return {std::move(solid), std::move(motion),
+          restore({raw, path, raw.header.at("domain_map"), kDomainPrefix}), std::move(shape)};
+}
+
+void addArrays(ArrayList& arrays, const std::string& prefix, const BallMap& map) {
   const GreenChart& chart = map.chart();
   const TriMesh& mesh = chart.green().shape().surface().mesh();
-  ArrayList arrays;
-  arrays.add("vertices", std::span(mesh.vertices), 3);
-  arrays.add("triangles", std::span(mesh.triangles), 3);
-  addSources(arrays, chart.green().sources());
-  arrays.add("nodes_inner", std::span(chart.foliation().nodes), 3);
-  arrays.add("ball", std::span(map.nodeImages().ball), 3);
-  arrays.add("linear_nodes", std::span(map.nodeImages().linear), 1);
-  arrays.add("slope_trust", std::span(map.nodeBends().trust), 1);
-  arrays.add("straight_nodes", std::span(map.nodeBends().straight), 1);
-  arrays.add("harmonic", chart.harmonic(), 1);
-  arrays.add("harmonic_gradient", chart.harmonicGradient(), 3);
-  arrays.add("omega", chart.directions(), 3);
-  arrays.add("moved_nodes", chart.movedNodes(), 1);
-  arrays.add("phi", std::span(map.sphere().directions), 3);
-  return arrays;
+  arrays.add(prefix + "vertices", std::span(mesh.vertices), 3);
+  arrays.add(prefix + "triangles", std::span(mesh.triangles), 3);
+  addSources(arrays, prefix, chart.green().sources());
+  arrays.add(prefix + "nodes_inner", std::span(chart.foliation().nodes), 3);
+  arrays.add(prefix + "ball", std::span(map.nodeImages().ball), 3);
+  arrays.add(prefix + "linear_nodes", std::span(map.nodeImages().linear), 1);
+  arrays.add(prefix + "slope_trust", std::span(map.nodeBends().trust), 1);
+  arrays.add(prefix + "straight_nodes", std::span(map.nodeBends().straight), 1);
+  arrays.add(prefix + "harmonic", chart.harmonic(), 1);
+  arrays.add(prefix + "harmonic_gradient", chart.harmonicGradient(), 3);
+  arrays.add(prefix + "omega", chart.directions(), 3);
+  arrays.add(prefix + "moved_nodes", chart.movedNodes(), 1);
+  arrays.add(prefix + "phi", std::span(map.sphere().directions), 3);
 }
 
-}  // namespace
-
-std::size_t countNotFinite(const BallMap& map) { return arraysOf(map).notFinite(); }
-
-std::string writeMapFile(const std::filesystem::path& path, const BallMap& map,
-                         const MapProvenance& provenance) {
-  const ArrayList arrays = arraysOf(map);
-  json header = describe(map, provenance);
+std::string write(const std::filesystem::path& path, const BallMap& map, const DomainMap* domain,
+                  const MapProvenance& provenance) {
+  ArrayList arrays;
+  addArrays(arrays, "", map);
+  if (domain) addArrays(arrays, kDomainPrefix, domain->domain());
+  json header = describe(map, domain, provenance);
   header["arrays"] = arrays.description();
   const std::string unsigned_ = header.dump();
   static constexpr char kZeros[kAlignment] = {};
@@ -512,7 +562,7 @@ std::string writeMapFile(const std::filesystem::path& path, const BallMap& map,
 
   writeAtomically(path, [&](const std::filesystem::path& temporary) {
     std::ofstream out(temporary, std::ios::binary);
-    const std::uint32_t format = kFormat, length = static_cast<std::uint32_t>(text.size());
+    const std::uint32_t format = domain ? kFormat : kBallFormat, length = static_cast<std::uint32_t>(text.size());
     out.write(kMagic, sizeof kMagic);
     out.write(reinterpret_cast<const char*>(&format), sizeof format);
     out.write(reinterpret_cast<const char*>(&length), sizeof length);
@@ -528,13 +578,34 @@ std::string writeMapFile(const std::filesystem::path& path, const BallMap& map,
   return hash;
 }
 
+}  // namespace
+
+std::size_t countNotFinite(const BallMap& map) {
+  ArrayList arrays;
+  addArrays(arrays, "", map);
+  return arrays.notFinite();
+}
+
+std::string writeMapFile(const std::filesystem::path& path, const BallMap& map,
+                         const MapProvenance& provenance) {
+  return write(path, map, nullptr, provenance);
+}
+
+std::string writeMapFile(const std::filesystem::path& path, const DomainMap& map,
+                         const MapProvenance& provenance) {
+  return write(path, map.solid(), &map, provenance);
+}
+
 MapFile readMapFile(const std::filesystem::path& path) {
   const RawFile raw = readRaw(path);
   try {
-    return {restore(raw, path),
-            {raw.header.at("source"), raw.header.at("arguments"), toBalanceVolume(raw.header)},
-            raw.header.at("hash"),
-            raw.header.at("version")};
+    MapFile file{restore({raw, path, raw.header, ""}),
+                 {raw.header.at("source"), raw.header.at("arguments"), toBalanceVolume(raw.header)},
+                 raw.header.at("hash"),
+                 raw.header.at("version"),
+                 std::nullopt};
+    if (raw.format > kBallFormat) file.domain = restoreDomain(file.map, raw, path);
+    return file;
   } catch (const json::exception& e) {
     fail(path, std::string("its header lacks something: ") + e.what());
   }

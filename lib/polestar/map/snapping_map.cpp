@@ -42,6 +42,7 @@ double distanceOutside(const Vec3& x, const Vec3& center, const Vec3& continued)
 SnappingMap::SnappingMap(BallMap table, std::shared_ptr<const VolumeMap> map, double relativeReach)
     : table_(std::move(table)),
       map_(std::move(map)),
+      surface_(table_),
       center_(table_.chart().green().shape().frame().origin),
       solidReach_(relativeReach * boundingBox(table_.chart().green().shape().surface().mesh()).diagonal()),
       ballReach_(relativeReach * std::sqrt(12.0)) {
@@ -67,11 +68,20 @@ void SnappingMap::forward(std::span<const Vec3> solid, std::span<Vec3> domain) c
 
 void SnappingMap::inverse(std::span<const Vec3> domain, std::span<Vec3> solid) const {
   std::vector<Vec3> pulled(domain.begin(), domain.end());
-  for (Vec3& y : pulled) {
-    const double norm = y.norm();
-    if (norm > 1 && norm <= 1 + ballReach_) y /= norm;
+  std::vector<std::size_t> onSphere;
+  for (std::size_t i = 0; i < pulled.size(); ++i) {
+    const double norm = pulled[i].norm();
+    if (norm >= 1 && norm <= 1 + ballReach_) {
+      pulled[i] /= norm;
+      onSphere.push_back(i);
+    }
   }
   map_->inverse(pulled, solid);
+  // The maps come near the surface; its own points are known.
+  const std::vector<Vec3> directions = chosen(pulled, onSphere);
+  std::vector<Vec3> places(onSphere.size());
+  surface_.at(directions, places);
+  for (std::size_t k = 0; k < onSphere.size(); ++k) solid[onSphere[k]] = places[k];
 }
 
 void SnappingMap::jacobian(std::span<const Vec3> solid, std::span<Mat3> derivative) const {

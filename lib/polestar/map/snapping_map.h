@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "polestar/map/ball_map.h"
+#include "polestar/map/surface_points.h"
 
 namespace polestar {
 
@@ -36,6 +37,7 @@ class SnappingMap final : public VolumeMap {
  private:
   BallMap table_;
   std::shared_ptr<const VolumeMap> map_;
+  SurfacePoints surface_;
   Vec3 center_;
   double solidReach_, ballReach_;
   mutable std::atomic<std::size_t> answeredByTable_{0};
