@@ -20,6 +20,7 @@ const std::map<std::string, std::vector<std::string>>& arrows() {
       {"green", {"star"}},
       {"chart", {"green"}},
       {"sphere", {"star"}},
+      {"polycube", {"sphere"}},
       {"map", {"chart", "sphere"}},
       {"certify", {"map"}},
       {"vdb", {"mesh"}},
@@ -47,7 +48,7 @@ bool isHeader(const fs::path& file) { return file.extension() == ".h" || file.ex
 
 /// What takes seconds to parse, or ties users of our headers to a library that we may replace.
 bool isHeavy(const std::string& include) {
-  static const std::regex kHeavy("(openvdb|embree3|OpenImageIO|tbb|oneapi|ceres|nlohmann|CL)/.*");
+  static const std::regex kHeavy("(openvdb|embree3|OpenImageIO|tbb|oneapi|boost|ceres|nlohmann|CL)/.*");
   return std::regex_match(include, kHeavy);
 }
 

@@ -10,7 +10,7 @@
 #include "polestar/core/error.h"
 #include "polestar/green/detail/flat_variation.h"
 #include "polestar/green/detail/layer_majorants.h"
-#include "polestar/green/detail/principal_axes.h"
+#include "polestar/mesh/principal_axes.h"
 #include "polestar/mesh/shapes.h"
 #include "support/exact_green.h"
 #include "support/layer_potential.h"

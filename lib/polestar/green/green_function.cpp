@@ -14,8 +14,8 @@
 #include "polestar/green/detail/layer_field.h"
 #include "polestar/green/detail/mfs_solver.h"
 #include "polestar/green/detail/point_charge_field.h"
-#include "polestar/green/detail/principal_axes.h"
 #include "polestar/green/detail/sign_enclosure.h"
+#include "polestar/mesh/principal_axes.h"
 
 namespace polestar {
 namespace {
@@ -80,7 +80,7 @@ class RestoredField final : public HarmonicField {
     const auto* layer = std::get_if<SurfaceLayer>(&sources_);
     if (!layer) return std::make_unique<detail::PointChargeField>(std::get<PointSources>(sources_));
     return std::make_unique<detail::LayerField>(
-        std::make_shared<const detail::AlignedSurface>(layer->mesh, detail::principalAxes(shape_.mesh()),
+        std::make_shared<const detail::AlignedSurface>(layer->mesh, principalAxes(shape_.mesh()),
                                                        Context::quiet()),
         layer->density, accuracy_, Context::quiet(), truncation_);
   }

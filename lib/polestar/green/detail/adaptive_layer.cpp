@@ -12,8 +12,8 @@
 #include "polestar/green/detail/boundary_error.h"
 #include "polestar/green/detail/device_sums.h"
 #include "polestar/green/detail/layer_field.h"
-#include "polestar/green/detail/principal_axes.h"
 #include "polestar/mesh/bisect.h"
+#include "polestar/mesh/principal_axes.h"
 
 namespace polestar::detail {
 namespace {

@@ -9,7 +9,7 @@
 #include "polestar/green/detail/device_sums.h"
 #include "polestar/green/detail/leaf_groups.h"
 #include "polestar/green/detail/multipole.h"
-#include "polestar/green/detail/principal_axes.h"
+#include "polestar/mesh/shapes.h"
 
 namespace polestar::detail {
 namespace {
@@ -140,7 +140,9 @@ std::unique_ptr<ChargeField> makeField(PointCharges charges, double accuracy, do
 }
 
 AlignedSurface::AlignedSurface(const TriMesh& original, const Mat3& along, const Context& context)
-    : axes(along), mesh(turned(original, along)), quadrature(mesh, context) {}
+    : axes(along),
+      mesh(transformed(original, [&](const Vec3& v) { return Vec3(along * v); })),
+      quadrature(mesh, context) {}
 
 LayerField::LayerField(std::shared_ptr<const AlignedSurface> surface, std::span<const double> density,
                        double accuracy, const Context& context, double truncation)

@@ -1,8 +1,8 @@
-#include "polestar/green/detail/principal_axes.h"
+#include "polestar/mesh/principal_axes.h"
 
 #include <Eigen/Eigenvalues>
 
-namespace polestar::detail {
+namespace polestar {
 
 Mat3 principalAxes(const TriMesh& mesh) {
   Mat3 second = Mat3::Zero();
@@ -27,10 +27,4 @@ Mat3 principalAxes(const TriMesh& mesh) {
   return axes;
 }
 
-TriMesh turned(const TriMesh& mesh, const Mat3& matrix) {
-  TriMesh result = mesh;
-  for (Vec3& v : result.vertices) v = matrix * v;
-  return result;
-}
-
-}  // namespace polestar::detail
+}  // namespace polestar

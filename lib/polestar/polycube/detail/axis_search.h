@@ -1,0 +1,27 @@
+#pragma once
+// Which way to turn a lattice.
+
+#include <functional>
+#include <vector>
+
+#include "polestar/core/context.h"
+#include "polestar/core/types.h"
+
+namespace polestar::detail {
+
+/// The 24 rotations that carry a cubic lattice to itself, the identity first.
+const std::vector<Mat3>& latticeSymmetries();
+
+/// About `count` rotations, spread evenly over those that a lattice tells apart (each is the one of the 24
+/// that mean the same lattice that turns the least). Spirals on the 3-sphere. [Alexa 2022]
+std::vector<Mat3> spreadRotations(int count);
+
+/// The lattice of `axes`, named so that its axes are nearest to the identity.
+Mat3 nearestToIdentity(const Mat3& axes);
+
+/// Tries all `candidates`, then climbs from the best of them by small turns until half a degree changes
+/// nothing. Deterministic; parallel over rotations, so `score` must be thread-safe.
+Mat3 bestAxes(const std::vector<Mat3>& candidates, const std::function<double(const Mat3&)>& score,
+              const Context& context);
+
+}  // namespace polestar::detail
