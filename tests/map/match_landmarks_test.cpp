@@ -86,7 +86,7 @@ TEST(MatchLandmarks, MeetsWhatAHomeomorphismCan) {
 
 TEST(MatchLandmarks, TurnsAround) {
   // Two places that turn about each other by `angle`, others that hold still.
-  for (const double angle : {60.0, 110.0, 150.0, 180.0}) {
+  for (const double angle : {60.0, 110.0, 150.0, 180.0, 200.0}) {
     SCOPED_TRACE(angle);
     std::vector<LandmarkPair> pairs;
     for (const Vec3& u : {Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(-1, 0, 0), Vec3(0, 1, 0), Vec3(0, -1, 0)})

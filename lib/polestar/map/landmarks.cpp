@@ -249,7 +249,7 @@ LandmarkMatch matchLandmarks(std::span<const LandmarkPair> pairs, const MatchOpt
   match.motion = std::make_shared<BallMotion>(fit.motion.rotation(), fit.motion.pull(), options.coreRadius);
   if (!options.refine || fit.worst <= options.tolerance) return match;
 
-  detail::LandmarkFlow flow(unit, fit.motion);
+  detail::LandmarkFlow flow(unit, fit.motion, !options.samples);
   match.stalled = flow.run(options.tolerance, options.samples, context);
   const auto shells = std::make_shared<ShellMap>(flow.table(), options.coreRadius);
   measure(

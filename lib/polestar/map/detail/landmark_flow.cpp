@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::size_t kChunk = 256;
 constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kHalfTurn = 175 * kDegree;
 constexpr int kUsualLevel = 5, kFineLevel = 6;  // of the icosphere
 /// Edges that should lie between two pairs for the flow to tell them apart.
 constexpr double kEdgesBetween = 3;
@@ -32,14 +33,6 @@ constexpr double kShortestStep = 1.0 / 64;
 constexpr int kMostSteps = 100;
 /// Of what is left, in a step that others may follow.
 constexpr double kGain = 0.02;
-
-/// Of two unit vectors: the shortest turn from `a` to `b`, axis times angle.
-Vec3 turnBetween(const Vec3& a, const Vec3& b) {
-  const Vec3 cross = a.cross(b);
-  const double sine = cross.norm();
-  if (!(sine > 0)) return a.dot(b) > 0 ? Vec3(Vec3::Zero()) : Vec3(std::numbers::pi * a.unitOrthogonal());
-  return std::atan2(sine, a.dot(b)) / sine * cross;
-}
 
 Vec3 turned(const Vec3& x, const Vec3& turn) {
   const double angle = turn.norm();
@@ -65,24 +58,12 @@ double determinant(const Triangle& t, std::span<const Vec3> p) {
   return p[t[0]].dot((p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]));
 }
 
-double largestNorm(std::span<const Vec3> vectors) {
-  double most = 0;
-  for (const Vec3& v : vectors) most = std::max(most, v.norm());
-  return most;
-}
-
-double rms(std::span<const LandmarkPair> pairs, std::span<const Vec3> remaining) {
-  double squares = 0;
-  for (std::size_t k = 0; k < pairs.size(); ++k) squares += pairs[k].weight * remaining[k].squaredNorm();
-  return std::sqrt(squares / static_cast<double>(pairs.size()));
-}
-
 }  // namespace
 
-LandmarkFlow::LandmarkFlow(std::span<const LandmarkPair> pairs, const BallMotion& motion)
+LandmarkFlow::LandmarkFlow(std::span<const LandmarkPair> pairs, const BallMotion& motion, bool fine)
     : pairs_(pairs.begin(), pairs.end()) {
   TriMesh sphere = icosphere(kUsualLevel);
-  if (closest(pairs) < kEdgesBetween * edgeLength(sphere)) sphere = icosphere(kFineLevel);
+  if (fine && closest(pairs) < kEdgesBetween * edgeLength(sphere)) sphere = icosphere(kFineLevel);
   resolution_ = edgeLength(sphere);
   table_.from = std::move(sphere.vertices);
   table_.triangles = std::move(sphere.triangles);
@@ -100,10 +81,42 @@ Vec3 LandmarkFlow::image(std::size_t k) const {
   return sum.normalized();
 }
 
-std::vector<Vec3> LandmarkFlow::remaining() const {
-  std::vector<Vec3> turns;
-  for (std::size_t k = 0; k < pairs_.size(); ++k) turns.push_back(turnBetween(image(k), pairs_[k].to));
-  return turns;
+// The turn that takes a pair to its target and, by its spin there, its neighbours as close to theirs as that
+// can: places that turn about each other go round in arcs, where straight ways would pass through one
+// another.
+Vec3 LandmarkFlow::wayOf(std::size_t k, std::span<const Vec3> now) const {
+  const Vec3& target = pairs_[k].to;
+  const Mat3 shortest = Eigen::Quaterniond::FromTwoVectors(now[k], target).toRotationMatrix();
+  const double wide = kEdgesBetween * resolution_;
+  double along = 0, across = 0;
+  for (std::size_t j = 0; j < pairs_.size(); ++j) {
+    const double distance = (now[j] - now[k]).squaredNorm() + wide * wide;
+    const double weight = pairs_[j].weight / (distance * distance);
+    const Vec3 place = shortest * now[j];
+    along += weight * (place.dot(pairs_[j].to) - place.dot(target) * pairs_[j].to.dot(target));
+    across += weight * target.dot(place.cross(pairs_[j].to));
+  }
+  double spin = std::atan2(across, along);
+  // About half a turn may go either way, but must do so for all pairs alike.
+  if (spin < -kHalfTurn) spin += 2 * std::numbers::pi;
+  const Eigen::AngleAxisd turn(Mat3(Eigen::AngleAxisd(spin, target) * shortest));
+  const Vec3 velocity = turn.angle() * turn.axis();
+  return velocity - now[k] * now[k].dot(velocity);
+}
+
+LandmarkFlow::Remaining LandmarkFlow::remaining() const {
+  Remaining left;
+  for (std::size_t k = 0; k < pairs_.size(); ++k) left.now.push_back(image(k));
+  double squares = 0;
+  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    left.angle.push_back(std::atan2(left.now[k].cross(pairs_[k].to).norm(), left.now[k].dot(pairs_[k].to)));
+    left.ahead.push_back(wayOf(k, left.now));
+    left.farthest = std::max(left.farthest, left.angle[k]);
+    left.longest = std::max(left.longest, left.ahead[k].norm());
+    squares += pairs_[k].weight * left.ahead[k].squaredNorm();
+  }
+  left.rms = std::sqrt(squares / static_cast<double>(pairs_.size()));
+  return left;
 }
 
 LandmarkFlow::Obstacle LandmarkFlow::obstacleAt(const ShellTable& moved) const {
@@ -130,36 +143,33 @@ double LandmarkFlow::advance(std::span<const Vec3> field) {
 }
 
 std::string LandmarkFlow::run(double tolerance, bool samples, const Context& context) {
-  std::vector<Vec3> left = remaining(), field(table_.to.size());
-  for (int step = 0; step < kMostSteps; ++step) {
+  Remaining left = remaining();
+  std::vector<Vec3> field(table_.to.size());
+  for (int step = 0; step < kMostSteps && left.farthest > tolerance; ++step) {
     context.throwIfCancelled();
-    const double farthest = largestNorm(left), before = rms(pairs_, left);
-    if (farthest <= tolerance) return {};
-    const double share = std::min(1.0, kLongestStep / farthest);
+    const double share = std::min(1.0, kLongestStep / left.longest);
     std::vector<SphereSpline::Demand> demands;
     for (std::size_t k = 0; k < pairs_.size(); ++k)
-      demands.push_back({image(k), share * left[k], pairs_[k].weight});
+      demands.push_back({left.now[k], share * left.ahead[k], pairs_[k].weight});
     const SphereSpline spline(demands, resolution_);
     parallelChunks(field.size(), kChunk, context, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) field[i] = spline(table_.to[i]);
     });
     const double advanced = advance(field);
     if (advanced == 0) break;
-    left = remaining();
     obstacle_ = Obstacle::none;
-    if (!(rms(pairs_, left) < (1 - kGain * share * advanced) * before)) break;
+    const double before = left.rms;
+    left = remaining();
+    if (!(left.rms < (1 - kGain * share * advanced) * before)) break;
   }
-  return samples || largestNorm(left) <= tolerance ? std::string() : reason(left);
+  return samples || left.farthest <= tolerance ? std::string() : reason(left);
 }
 
-std::string LandmarkFlow::reason(std::span<const Vec3> left) const {
-  std::size_t worst = 0;
-  for (std::size_t k = 0; k < left.size(); ++k) {
-    if (left[k].squaredNorm() > left[worst].squaredNorm()) worst = k;
-  }
+std::string LandmarkFlow::reason(const Remaining& left) const {
+  const auto worst = std::max_element(left.angle.begin(), left.angle.end()) - left.angle.begin();
   std::ostringstream text;
   text.precision(3);
-  text << "pair " << worst + 1 << " is still " << left[worst].norm() / kDegree << " degrees off: ";
+  text << "pair " << worst + 1 << " is still " << left.angle[worst] / kDegree << " degrees off: ";
   switch (obstacle_) {
     case Obstacle::fold:
       text << "the surface would have to fold, as where pairs pass through one another";
