@@ -100,7 +100,9 @@ Vec3 LandmarkFlow::wayOf(std::size_t k, std::span<const Vec3> now) const {
   // About half a turn may go either way, but must do so for all pairs alike.
   if (spin < -kHalfTurn) spin += 2 * std::numbers::pi;
   const Eigen::AngleAxisd turn(Mat3(Eigen::AngleAxisd(spin, target) * shortest));
-  const Vec3 velocity = turn.angle() * turn.axis();
+  // Of the two ways round, the one of the spin.
+  const bool other = spin * turn.axis().dot(target) < 0;
+  const Vec3 velocity = (other ? turn.angle() - 2 * std::numbers::pi : turn.angle()) * turn.axis();
   return velocity - now[k] * now[k].dot(velocity);
 }
 
