@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "cli/ball_alignment.h"
 #include "cli/dry_run.h"
 #include "cli/grid_size.h"
 #include "cli/map_input.h"
@@ -63,16 +64,10 @@ class TransferCommand final : public Command {
            "green")
         ->delimiter(',')
         ->type_name("NAMES");
-    CLI::Option* rotate =
-        addPointOption(app, "--rotate", rotate_, "Turn the texture by these degrees about x, then y, then z")
-            ->type_name("ax,ay,az");
-    app.add_option(
-           "--landmarks", landmarks_,
-           "Bring places of the source to places of the target: a file of lines \"sx,sy,sz,tx,ty,tz\" in "
-           "the units of their meshes (a texture by name: places in the ball). One or two pairs turn "
-           "the texture, more bend it, too")
-        ->excludes(rotate)
-        ->type_name("FILE");
+    addAlignmentOptions(app, alignment_,
+                        {.from = "the source (of a texture by name, the ball)",
+                         .to = "the target",
+                         .rotateHelp = "Turn the texture by these degrees about x, then y, then z"});
     size_.addOptions(app, "the target's", kDefaultDim);
     app.add_option("--dcc", options_.colorNames,
                    "The name of colors: houdini (default) writes Cd, blender color, both both")
@@ -152,7 +147,7 @@ class TransferCommand final : public Command {
     if (kind_ != TextureKind::slices && (sliceVoxel_ || sliceOrigin_))
       throw Error(Errc::usage, "--slice-voxel and --slice-origin are for slices; " + texture_ + " is none");
     session.addInput(target_);
-    if (!landmarks_.empty()) session.addInput(landmarks_);
+    addAlignmentInputs(alignment_, session);
   }
 
   /// The ball coordinates that `map` has written and judged: not those of a file without its map, which has just
@@ -211,11 +206,12 @@ class TransferCommand final : public Command {
     describe(transfer.report, voxel, seconds, output, session);
   }
 
-  BallMotion motion(const BallMap& target, const std::optional<BallMap>& source, Session& session) const {
-    if (!landmarks_.empty()) return fitLandmarkFile(landmarks_, target, source, session).motion;
-    // The texture turns one way, the places where the target looks it up the other.
-    if (rotate_) return BallMotion(rotationXyz(*rotate_).transpose());
-    return {};
+  /// Where the target looks up the texture: the way back from what the texture does.
+  std::shared_ptr<const VolumeMap> motion(const BallMap& target, const std::optional<BallMap>& source,
+                                          Session& session) const {
+    const std::shared_ptr<const VolumeMap> onward = alignBalls(alignment_, source, target, session).motion;
+    if (!onward) return nullptr;
+    return std::make_shared<const ComposedMap>(ComposedMap().thenInverse(onward));
   }
 
   void setMetadata(SolidGrids& grids, const Session& session) const {
@@ -263,10 +259,11 @@ class TransferCommand final : public Command {
   }
 
   std::string texture_;
-  fs::path target_, source_, landmarks_;
+  fs::path target_, source_;
+  AlignmentChoices alignment_;
   bool list_ = false;
   std::vector<std::string> settings_, grids_;
-  std::optional<Vec3> rotate_, sliceVoxel_, sliceOrigin_;
+  std::optional<Vec3> sliceVoxel_, sliceOrigin_;
   GridSize size_;
   TransferOptions options_;
   TextureKind kind_ = TextureKind::procedural;

@@ -217,8 +217,10 @@ class WarpCommand final : public Command {
     app.add_option("MAP", choices_.map, "A .pmap, or the .vdb beside it")->required()->type_name("");
     app.add_flag("--inverse", choices_.inverse, "The same way back: from the ball to the solid of MAP");
     app.add_option("--to", choices_.to, "From the ball on to the solid of a second map")->type_name("MAP2");
-    addPointOption(app, "--rotate", choices_.rotate, "Turn the ball by these degrees about x, then y, then z")
-        ->type_name("ax,ay,az");
+    addAlignmentOptions(app, choices_.alignment,
+                        {.from = "the solid of MAP",
+                         .to = "that of MAP2",
+                         .rotateHelp = "Turn the ball by these degrees about x, then y, then z"});
     app.add_flag("--exact", choices_.exact,
                  "Trace a field line from every point instead of reading the map's table; much slower");
     app.add_option("--snap", choices_.snap,
@@ -235,6 +237,7 @@ class WarpCommand final : public Command {
     session.addInput(input_);
     session.addInput(choices_.map);
     if (!choices_.to.empty()) session.addInput(choices_.to);
+    addAlignmentInputs(choices_.alignment, session);
     const Kind kind = kindOf(input_);
     checkChoices(kind, session);
     const fs::path output = session.options().output;
@@ -261,6 +264,10 @@ class WarpCommand final : public Command {
     if (!output.empty() && !form.fits(output)) {
       throw Error(Errc::usage, "the output " + output.string() + " does not end in " + form.endings +
                                    ", as a " + form.name + " has to");
+    }
+    if (choices_.to.empty() && choices_.alignment.any() && !choices_.alignment.rotate) {
+      throw Error(Errc::usage,
+                  "--landmarks, --align and --surface-map bring two solids into line; --to MAP2 is missing");
     }
     if (kind != Kind::grids && size_.given())
       throw Error(Errc::usage, "--voxel and --dim are for grids; " + input_.string() + " holds none");

@@ -1,70 +1,22 @@
 #include "cli/texture_source.h"
 
-#include <algorithm>
 #include <charconv>
-#include <cmath>
-#include <fstream>
-#include <numbers>
 
 #include "cli/map_input.h"
 #include "cli/text.h"
 #include "polestar/core/error.h"
 #include "polestar/io/frame_path.h"
-#include "polestar/map/snapping_map.h"
 
 namespace polestar::cli {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kLandmarkReach = 0.05;  // of the box's diagonal
-
 void requireBall(const SampledGrids& grids, const std::string& name) {
   const std::string domain = grids.metadata("polestar:domain");
   if (domain.empty() || domain == "ball" || domain == "solid") return;
   throw Error(Errc::usage, name + " is parameterized over a " + domain +
                                ", the target over the ball: map both over the same domain");
-}
-
-/// Six numbers a line.
-std::vector<std::pair<Vec3, Vec3>> readPairs(const fs::path& path) {
-  std::ifstream in(path);
-  if (!in) throw Error(Errc::io, "cannot read " + path.string());
-  std::vector<std::pair<Vec3, Vec3>> pairs;
-  std::string line;
-  for (std::size_t number = 1; std::getline(in, line); ++number) {
-    const auto first = line.find_first_not_of(" \t\r");
-    if (first == std::string::npos || line[first] == '#') continue;
-    std::vector<double> values;
-    try {
-      values = parseNumbers(line);
-    } catch (const Error&) {
-    }
-    if (values.size() != 6) {
-      throw Error(Errc::io, path.string() + ":" + std::to_string(number) +
-                                ": a pair of landmarks is six numbers, a place on the source and one on the "
-                                "target; found \"" +
-                                line + "\"");
-    }
-    pairs.emplace_back(Vec3(values[0], values[1], values[2]), Vec3(values[3], values[4], values[5]));
-  }
-  if (pairs.empty()) throw Error(Errc::io, path.string() + " holds no landmarks");
-  return pairs;
-}
-
-/// Ball coordinates of landmarks, whose places may miss the surface.
-std::vector<Vec3> toBall(const BallMap& map, const std::vector<Vec3>& places, const std::string& side) {
-  const SnappingMap snapping(map, std::make_shared<BallMap>(map), kLandmarkReach);
-  std::vector<Vec3> ball(places.size());
-  snapping.forward(places, ball);
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (ball[i].allFinite()) continue;
-    throw Error(Errc::usage, "landmark " + std::to_string(i + 1) + " is not on the " + side + ": " +
-                                 shortPoint(places[i]) + " lies more than " +
-                                 shortNumber(snapping.solidReach()) +
-                                 " outside; is it in the units and at the place of its mesh?");
-  }
-  return ball;
 }
 
 }  // namespace
@@ -140,31 +92,6 @@ TextureBody loadTextureBody(const std::string& texture, const fs::path& source, 
   }
   BallMap map = mapOwnSurface(grids, texture, "texture", session);
   return {std::move(grids), std::move(map)};
-}
-
-LandmarkFit fitLandmarkFile(const fs::path& path, const BallMap& target, const std::optional<BallMap>& source,
-                            Session& session) {
-  const std::vector<std::pair<Vec3, Vec3>> pairs = readPairs(path);
-  std::vector<Vec3> onSource, onTarget;
-  for (const auto& [from, to] : pairs) {
-    onSource.push_back(from);
-    onTarget.push_back(to);
-  }
-  if (source) onSource = toBall(*source, onSource, "source");
-  onTarget = toBall(target, onTarget, "target");
-  std::vector<LandmarkPair> directions;
-  for (std::size_t i = 0; i < pairs.size(); ++i) directions.push_back({onTarget[i], onSource[i]});
-  LandmarkFit fit = fitLandmarks(directions);
-
-  const double degree = 180 / std::numbers::pi;
-  Json angles = Json::array();
-  for (const double angle : fit.angles) angles.push_back(angle * degree);
-  session.json()["landmarks"] = {{"pairs", pairs.size()},
-                                 {"rotation_only", fit.rotationOnly},
-                                 {"rms_degrees", fit.rms * degree},
-                                 {"worst_degrees", fit.worst * degree},
-                                 {"degrees", angles}};
-  return fit;
 }
 
 }  // namespace polestar::cli

@@ -11,7 +11,6 @@
 #include "cli/session.h"
 #include "polestar/io/slice_stack.h"
 #include "polestar/map/ball_map.h"
-#include "polestar/map/landmarks.h"
 #include "polestar/texture/procedural.h"
 #include "polestar/texture/transfer.h"
 
@@ -42,13 +41,5 @@ struct TextureBody {
 /// map.
 TextureBody loadTextureBody(const std::string& texture, const std::filesystem::path& source,
                             const SliceOptions& slices, Session& session);
-
-/// Landmarks of a file: one pair a line, "sx sy sz tx ty tz", a place on the source and one on the target, in
-/// their mesh units (on the source's side in ball coordinates where there is no body). Empty lines and lines
-/// that start with # are skipped. Places may miss the surface by a twentieth of the box's diagonal.
-/// @throws Error{Errc::io}; Error{Errc::usage} for a place that is not on its solid; what fitLandmarks
-/// throws.
-LandmarkFit fitLandmarkFile(const std::filesystem::path& path, const BallMap& target,
-                            const std::optional<BallMap>& source, Session& session);
 
 }  // namespace polestar::cli

@@ -25,7 +25,7 @@ Route::End Route::load(const std::filesystem::path& path, Session& session) {
   }
   const auto snapping = std::make_shared<SnappingMap>(table, map, choices_.snap);
   maps_.push_back(snapping);
-  return {snapping, map, "the solid of " + path.string(),
+  return {snapping, table, map, "the solid of " + path.string(),
           boundingBox(table.chart().green().shape().surface().mesh())};
 }
 
@@ -33,14 +33,13 @@ Route::Route(const RouteChoices& choices, Session& session) : choices_(choices) 
   source_ = load(choices_.map, session);
   chain_.thenForward(source_.solid);
   strict_.thenForward(source_.strict);
-  if (choices_.rotate) {
-    chain_.thenRotate(rotationXyz(*choices_.rotate));
-    strict_.thenRotate(rotationXyz(*choices_.rotate));
-  }
   if (choices_.to.empty()) {
-    target_ = {nullptr, nullptr, "the ball", {Vec3::Constant(-1), Vec3::Constant(1)}};
+    target_ = {nullptr, std::nullopt, nullptr, "the ball", {Vec3::Constant(-1), Vec3::Constant(1)}};
   } else {
     target_ = load(choices_.to, session);
+  }
+  align(session);
+  if (target_.solid) {
     chain_.thenInverse(target_.solid);
     strict_.thenInverse(target_.strict);
   }
@@ -50,6 +49,19 @@ Route::Route(const RouteChoices& choices, Session& session) : choices_(choices) 
     std::swap(source_, target_);
   }
   reach_ = choices_.snap * source_.box.diagonal();
+}
+
+// A turn is one outside of the ball, too, where points may still be taken for points of the surface.
+void Route::align(Session& session) {
+  const AlignmentChoices& alignment = choices_.alignment;
+  if (alignment.rotate) {
+    chain_.thenRotate(rotationXyz(*alignment.rotate));
+    strict_.thenRotate(rotationXyz(*alignment.rotate));
+  } else if (alignment.any()) {
+    const auto motion = alignBalls(alignment, source_.table, target_.table.value(), session).motion;
+    chain_.thenForward(motion);
+    strict_.thenForward(motion);
+  }
 }
 
 std::size_t Route::answeredByTable() const {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/ball_alignment.h"
 #include "cli/session.h"
 #include "polestar/map/composed_map.h"
 #include "polestar/map/snapping_map.h"
@@ -19,7 +20,7 @@ struct RouteChoices {
   std::filesystem::path map;
   std::filesystem::path to;    ///< a second map; empty: the way ends in the ball
   bool inverse = false;        ///< the same way backward
-  std::optional<Vec3> rotate;  ///< degrees about x, y, z, of the ball
+  AlignmentChoices alignment;  ///< in the ball; all but a turn want a second map
   bool exact = false;          ///< trace field lines instead of reading the table
   double snap = 1e-6;          ///< box diagonals that count as on the surface
 };
@@ -38,7 +39,7 @@ struct MovedPoints {
 
 class Route {
  public:
-  /// Loads the maps. @throws what loadMap throws.
+  /// Loads the maps and aligns their balls. @throws what loadMap and alignBalls throw.
   Route(const RouteChoices& choices, Session& session);
 
   bool fromBall() const { return !source_.solid; }
@@ -66,12 +67,14 @@ class Route {
   /// Where the way begins or ends; without a solid, in the ball.
   struct End {
     std::shared_ptr<const SnappingMap> solid;
+    std::optional<BallMap> table;
     std::shared_ptr<const VolumeMap> strict;  ///< the same without reach
     std::string name;
     Box box;
   };
   void retry(const std::vector<Vec3>& points, std::size_t begin, std::size_t end, MovedPoints& moved) const;
   End load(const std::filesystem::path& path, Session& session);
+  void align(Session& session);
 
   RouteChoices choices_;
   std::vector<std::shared_ptr<const SnappingMap>> maps_;

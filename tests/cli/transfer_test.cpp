@@ -156,6 +156,27 @@ TEST_F(TransferTool, CarriesColorsOfABodyWithoutAMap) {
   EXPECT_LT((colorAt(folder_ / "marked.vdb", Vec3(0, 0.5, 0)) - Vec3f(1, 0, 0)).norm(), 0.05);
 }
 
+TEST_F(TransferTool, MeetsLandmarksAndAligns) {
+  const std::string two = twoColors();
+  // What is at +x goes to +y, bent: no Moebius motion meets five such places.
+  std::ofstream(folder_ / "pairs.csv") << "1,0,0, 0,1,0\n0,1,0, -1,0,0\n0,0,1, 0,0,1\n0,0,-1, 0.3,0,-0.95\n"
+                                          "-0.7,-0.7,0, 0.5,-0.8,0.2\n";
+  const ToolRun run = runTool({"transfer", two, map("ball.pmap"), "-o", folder_ / "out.vdb", "--source",
+                               map("ball.pmap"), "--landmarks", folder_ / "pairs.csv", "--json"});
+  ASSERT_EQ(run.exitCode, 0) << run.err;
+  EXPECT_EQ(run.json()["landmarks"]["refined"], true);
+  EXPECT_LT(run.json()["landmarks"]["worst_degrees"], 0.1);
+  EXPECT_EQ(run.json()["unanswered"], 0);
+  EXPECT_LT((colorAt(folder_ / "out.vdb", Vec3(0, 0.7, 0)) - Vec3f(1, 0, 0)).norm(), 0.05);
+  EXPECT_LT((colorAt(folder_ / "out.vdb", Vec3(0.4, -0.6, 0.15)) - Vec3f(0, 1, 0)).norm(), 0.05);
+  const ToolRun aligned = runTool({"transfer", two, map("star.pmap"), "-o", folder_ / "aligned.vdb",
+                                   "--source", map("ball.pmap"), "--align", "--dim", "24", "--json"});
+  ASSERT_EQ(aligned.exitCode, 0) << aligned.err;
+  EXPECT_EQ(aligned.json()["alignment"]["ambiguous"], true);
+  EXPECT_THAT(aligned.err, HasSubstr("round"));
+  expectRefused({"kiwi", map("star.pmap"), "--align"}, 2, HasSubstr("two solids"));
+}
+
 TEST_F(TransferTool, ReadsSlices) {
   // Red above (high y), blue below, in a block that holds the ball.
   for (int z = 0; z < 12; ++z) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <numbers>
 #include <sstream>
 
 #include "mesh/tet_bodies.h"
@@ -316,6 +317,75 @@ TEST_F(Warp, GridsGoIntoTheBall) {
       runTool({"warp", grids, star(), "-o", "-", "--dim", "8", "-q"}, {.output = scratch_ / "piped.vdb"});
   EXPECT_EQ(piped.exitCode, 0) << piped.err;
   EXPECT_EQ(readFile(scratch_ / "piped.vdb").substr(0, 4), " BDV");
+}
+
+TEST_F(Warp, LandmarksBringTwoSolidsIntoLine) {
+  // The three tips of the upper half go a third of the way on to the next, the poles stay.
+  std::ofstream pairs(scratch_ / "pairs.csv");
+  pairs << "# star, ball\n0,0,0.9, 0,0,1\n0,0,-0.9, 0,0,-1\n";
+  for (int k = 0; k < 3; ++k) {
+    const double angle = 2 * k * std::numbers::pi / 3, turned = angle + 0.35;
+    pairs << std::cos(angle) << ',' << std::sin(angle) << ",0.5, " << 0.9 * std::cos(turned) << ','
+          << 0.9 * std::sin(turned) << ",0.4\n";
+  }
+  pairs.close();
+  const std::vector<std::string> on{"--to", ball(), "--landmarks", scratch_ / "pairs.csv", "--json"};
+  const auto with = [&](std::vector<std::string> arguments, const std::string& input) {
+    arguments.insert(arguments.end(), on.begin(), on.end());
+    return runTool(arguments, {.input = input});
+  };
+  const ToolRun there = with({"warp", "-", star()}, "0.5 0 0.25\n0.1 0.2 0.3\n");
+  ASSERT_EQ(there.exitCode, 0) << there.err;
+  const auto landmarks = there.json()["landmarks"];
+  EXPECT_EQ(landmarks["pairs"], 5);
+  EXPECT_EQ(landmarks["refined"], true);
+  EXPECT_TRUE(landmarks["stalled"].is_null());
+  EXPECT_LT(landmarks["worst_degrees"], 0.1);
+  EXPECT_LT(landmarks["largest_dilatation"], 3);
+  const auto at = there.json()["warped"];
+  const ToolRun back =
+      with({"warp", "-", star(), "--inverse"}, at[0].dump().substr(1, at[0].dump().size() - 2) + "\n");
+  ASSERT_EQ(back.exitCode, 0) << back.err;
+  const auto point = back.json()["warped"][0];
+  EXPECT_LT((Vec3(point[0], point[1], point[2]) - Vec3(0.5, 0, 0.25)).norm(), 1e-8);
+}
+
+TEST_F(Warp, AlignsAndFollowsSurfaceMaps) {
+  // The star onto itself: of three turns that agree, none.
+  const ToolRun aligned =
+      runTool({"warp", "-", star(), "--to", star(), "--align", "--json"}, {.input = "0.1 0.2 0.3\n"});
+  ASSERT_EQ(aligned.exitCode, 0) << aligned.err;
+  EXPECT_EQ(aligned.json()["alignment"]["ambiguous"], true);
+  EXPECT_THAT(aligned.err, HasSubstr("fits about as well"));
+  const auto same = aligned.json()["warped"][0];
+  EXPECT_LT((Vec3(same[0], same[1], same[2]) - Vec3(0.1, 0.2, 0.3)).norm(), 1e-3);
+
+  TriMesh onBall = icosphere(3);
+  const std::string first = scratch_.obj("first.obj", starSurface());
+  const std::vector<std::string> follow{
+      "warp", "-", star(), "--to", ball(), "--surface-map", first, scratch_.obj("second.obj", onBall)};
+  const Vec3 vertex = starSurface().vertices[100];
+  std::ostringstream line;
+  line.precision(17);
+  line << vertex.transpose() << '\n';
+  const ToolRun mapped = runTool(follow, {.input = line.str()});
+  ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
+  EXPECT_LT((pointsOf(mapped.out)[0] - onBall.vertices[100]).norm(), 1e-3);
+  std::swap(onBall.vertices[100], onBall.vertices[200]);
+  scratch_.obj("second.obj", onBall);
+  const ToolRun folded = runTool(follow, {.input = line.str()});
+  EXPECT_EQ(folded.exitCode, 6);
+  EXPECT_THAT(folded.err, AllOf(HasSubstr("turned over or flat on the second solid"), HasSubstr(" at ")));
+}
+
+TEST_F(Warp, SolidsAreBroughtIntoLineInOneWay) {
+  const std::string none = scratch_ / "none.csv";
+  const ToolRun two = runTool({"warp", "-", star(), "--to", ball(), "--align", "--landmarks", none});
+  EXPECT_EQ(two.exitCode, 2);
+  EXPECT_THAT(two.err, AllOf(HasSubstr("--align"), HasSubstr("--landmarks")));
+  const ToolRun alone = runTool({"warp", "-", star(), "--align"});
+  EXPECT_EQ(alone.exitCode, 2);
+  EXPECT_THAT(alone.err, HasSubstr("--to MAP2 is missing"));
 }
 
 TEST_F(Warp, InterruptedWaitingEndsWith130) {

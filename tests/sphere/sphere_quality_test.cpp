@@ -6,13 +6,13 @@
 #include <cmath>
 
 #include "polestar/mesh/shapes.h"
+#include "polestar/sphere/dilatation.h"
 #include "polestar/sphere/sphere_map.h"
 #include "support.h"
 
 namespace polestar {
 namespace {
 
-using detail::dilatation;
 using testing::someRotation;
 
 TEST(CountFlips, NoneOnASphereAllOnItsMirrorImage) {

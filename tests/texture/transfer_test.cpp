@@ -9,9 +9,11 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
+#include <memory>
 #include <random>
 
 #include "polestar/core/error.h"
+#include "polestar/map/ball_motion.h"
 #include "polestar/map/composed_map.h"
 #include "polestar/mesh/shapes.h"
 #include "polestar/pipeline.h"
@@ -187,7 +189,8 @@ class TransferIntoMappedGrids : public ::testing::Test {
 // Every voxel has its own place, so the color is the texture's to what floats hold; new grids interpolate
 // places, which costs up to a tenth of a voxel.
 TEST_F(TransferIntoMappedGrids, ColorsAreThoseOfTheirOwnCoordinates) {
-  const BallMotion motion(rotationXyz(Vec3(20, -35, 60)), Vec3(0.1, 0.2, -0.1));
+  const auto motion =
+      std::make_shared<const BallMotion>(rotationXyz(Vec3(20, -35, 60)), Vec3(0.1, 0.2, -0.1));
   const TextureRoute route(starMap(), motion);
   const Transfer transfer = transferTexture(route, Waves(), options(mapped()));
   const Transfer anew = transferTexture(route, Waves(), optionsFor(starMap(), kDim));
@@ -198,7 +201,7 @@ TEST_F(TransferIntoMappedGrids, ColorsAreThoseOfTheirOwnCoordinates) {
     Vec3 ball;
     starMap().forward({&x, 1}, {&ball, 1});
     if (!ball.allFinite()) return Vec3f::Constant(std::nanf(""));
-    motion.forward({&ball, 1}, {&ball, 1});
+    motion->forward({&ball, 1}, {&ball, 1});
     return Waves::at(ball);
   };
   const SampledGrids file = written(transfer, folder_, "mapped.vdb");
@@ -294,7 +297,8 @@ TEST(TransferGrids, AgreeWithTheCompositionOfTheMaps) {
   const test::ScratchFolder folder;
   const SampledGrids source = written(
       transferTexture(TextureRoute(lobesMap()), Waves(), optionsFor(lobesMap(), 48)), folder, "source.vdb");
-  const BallMotion motion(rotationXyz(Vec3(20, -35, 60)), Vec3(0.1, 0.2, -0.1));
+  const auto motion =
+      std::make_shared<const BallMotion>(rotationXyz(Vec3(20, -35, 60)), Vec3(0.1, 0.2, -0.1));
   // Finer than the source, so that nothing is filtered away.
   const TransferOptions options = optionsFor(starMap(), 96);
   const Transfer transfer =
@@ -306,7 +310,7 @@ TEST(TransferGrids, AgreeWithTheCompositionOfTheMaps) {
   const auto route = [&](const Vec3& x) {
     Vec3 place;
     starMap().forward({&x, 1}, {&place, 1});
-    motion.forward({&place, 1}, {&place, 1});
+    motion->forward({&place, 1}, {&place, 1});
     lobesMap().inverse({&place, 1}, {&place, 1});
     return place;
   };
@@ -326,7 +330,7 @@ TEST(TransferGrids, AgreeWithTheCompositionOfTheMaps) {
 TEST(TransferGrids, TurnWithTheMotionsInverse) {
   const BallMap ball = testing::ballMap(testing::starShape(icosphere(4)));
   const Mat3 quarter = rotationXyz(Vec3(0, 0, 90));
-  const TextureRoute route(ball, BallMotion(quarter.transpose()));
+  const TextureRoute route(ball, std::make_shared<const BallMotion>(quarter.transpose()));
   const Vec3 x(0, 0.5, 0);
   Vec3 place;
   route.map({&x, 1}, {&place, 1});

@@ -6,21 +6,19 @@
 #include <limits>
 
 #include "polestar/core/error.h"
+#include "polestar/map/detail/unit_ball.h"
 
 namespace polestar {
 namespace {
 
-constexpr double kOutside = 1 + 1e-6;  // farther out is no point of the ball, but rounding
+using detail::isInUnitBall;
+using detail::nowhere;
 
 /// M_a(d), |d| = 1.
 Vec3 moebius(const Vec3& a, const Vec3& d) {
   const double ad = a.dot(d), aa = a.squaredNorm();
   return (2 * (1 + ad) * a + (1 - aa) * d) / (1 + 2 * ad + aa);
 }
-
-Vec3 nowhere() { return Vec3::Constant(std::numeric_limits<double>::quiet_NaN()); }
-
-bool isInBall(const Vec3& x) { return x.squaredNorm() <= kOutside * kOutside; }
 
 }  // namespace
 
@@ -51,7 +49,7 @@ Vec3 BallMotion::ofDirection(const Vec3& direction) const {
 void BallMotion::forward(std::span<const Vec3> from, std::span<Vec3> to) const {
   for (std::size_t i = 0; i < from.size(); ++i) {
     const double r = from[i].norm();
-    if (!isInBall(from[i])) {
+    if (!isInUnitBall(from[i])) {
       to[i] = nowhere();
     } else if (r <= core_ || pull_.isZero(0)) {
       to[i] = rotation_ * from[i];
@@ -66,7 +64,7 @@ void BallMotion::inverse(std::span<const Vec3> to, std::span<Vec3> from) const {
   for (std::size_t i = 0; i < to.size(); ++i) {
     const double r = to[i].norm();
     const Vec3 turned = rotation_.transpose() * to[i];
-    if (!isInBall(to[i])) {
+    if (!isInUnitBall(to[i])) {
       from[i] = nowhere();
     } else if (r <= core_ || pull_.isZero(0)) {
       from[i] = turned;
@@ -80,8 +78,8 @@ void BallMotion::jacobian(std::span<const Vec3> from, std::span<Mat3> derivative
   for (std::size_t i = 0; i < from.size(); ++i) {
     const double r = from[i].norm();
     derivative[i] = rotation_;
-    if (!isInBall(from[i])) derivative[i].setConstant(std::numeric_limits<double>::quiet_NaN());
-    if (!isInBall(from[i]) || r <= core_ || pull_.isZero(0)) continue;
+    if (!isInUnitBall(from[i])) derivative[i].setConstant(std::numeric_limits<double>::quiet_NaN());
+    if (!isInUnitBall(from[i]) || r <= core_ || pull_.isZero(0)) continue;
     // y = r M(a, d) with a = s(r) pull, d = x / r; M = N / D.
     const Vec3 d = from[i] / r, a = share(r) * pull_;
     const double ad = a.dot(d), aa = a.squaredNorm(), bottom = 1 + 2 * ad + aa;

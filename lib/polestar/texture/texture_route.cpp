@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "polestar/map/ball_motion.h"
+
 namespace polestar {
 namespace {
 
@@ -20,8 +22,11 @@ Vec3 ontoBall(const Vec3& ball) {
 
 }  // namespace
 
-TextureRoute::TextureRoute(BallMap target, BallMotion motion, std::optional<BallMap> source)
-    : target_(std::move(target)), motion_(std::move(motion)), source_(std::move(source)) {}
+TextureRoute::TextureRoute(BallMap target, std::shared_ptr<const VolumeMap> motion,
+                           std::optional<BallMap> source)
+    : target_(std::move(target)),
+      motion_(motion ? std::move(motion) : std::make_shared<const BallMotion>()),
+      source_(std::move(source)) {}
 
 void TextureRoute::map(std::span<const Vec3> target, std::span<Vec3> place) const {
   std::vector<double> green(target.size());
@@ -31,7 +36,7 @@ void TextureRoute::map(std::span<const Vec3> target, std::span<Vec3> place) cons
 
 void TextureRoute::onward(std::span<const Vec3> ball, std::span<Vec3> place) const {
   std::transform(ball.begin(), ball.end(), place.begin(), ontoBall);
-  motion_.forward(place, place);
+  motion_->forward(place, place);
   if (source_) backOut(place);
 }
 
@@ -64,10 +69,10 @@ void TextureRoute::jacobian(std::span<const Vec3> target, std::span<Mat3> deriva
     target_.inverse({&ball[i], 1}, {&solid[i], 1});
   }
   target_.jacobian(solid, derivative);
-  motion_.jacobian(ball, next);
+  motion_->jacobian(ball, next);
   for (std::size_t i = 0; i < target.size(); ++i) derivative[i] = next[i] * derivative[i];
   if (!source_) return;
-  motion_.forward(ball, ball);
+  motion_->forward(ball, ball);
   backOut(ball);
   source_->jacobian(ball, next);
   for (std::size_t i = 0; i < target.size(); ++i) derivative[i] = next[i].inverse() * derivative[i];
@@ -76,7 +81,7 @@ void TextureRoute::jacobian(std::span<const Vec3> target, std::span<Mat3> deriva
 void TextureRoute::inverse(std::span<const Vec3> place, std::span<Vec3> target) const {
   std::vector<Vec3> ball(place.begin(), place.end());
   if (source_) source_->forward(place, ball);
-  motion_.inverse(ball, ball);
+  motion_->inverse(ball, ball);
   target_.inverse(ball, target);
 }
 

@@ -3,17 +3,19 @@
 // and, for a texture that was made in a body of its own, back out through that body's map. color_target(x) =
 // color_source(f_s^-1(Psi(f_t(x)))). [Xia 2010, sec. 5]
 
+#include <memory>
 #include <optional>
 
 #include "polestar/map/ball_map.h"
-#include "polestar/map/ball_motion.h"
 
 namespace polestar {
 
 class TextureRoute {
  public:
-  /// Without a source the way ends in the ball.
-  TextureRoute(BallMap target, BallMotion motion = {}, std::optional<BallMap> source = std::nullopt);
+  /// `motion`: of the unit ball onto itself, such as a BallMotion or a ShellMap; null: none. Without a source
+  /// the way ends in the ball.
+  explicit TextureRoute(BallMap target, std::shared_ptr<const VolumeMap> motion = nullptr,
+                        std::optional<BallMap> source = std::nullopt);
 
   /// Target (mesh units) -> ball after the motion, or source (its mesh units). What lies outside the target
   /// is taken for the point of its surface on the ray to the center. NaN where a map has no answer, which is
@@ -27,14 +29,13 @@ class TextureRoute {
   void inverse(std::span<const Vec3> place, std::span<Vec3> target) const;
 
   const BallMap& target() const { return target_; }
-  const BallMotion& motion() const { return motion_; }
   const std::optional<BallMap>& source() const { return source_; }
 
  private:
   void backOut(std::span<Vec3> ball) const;
 
   BallMap target_;
-  BallMotion motion_;
+  std::shared_ptr<const VolumeMap> motion_;
   std::optional<BallMap> source_;
 };
 

@@ -8,6 +8,12 @@
 
 namespace polestar::detail {
 
+/// How much of A is in A_R: 0 up to coreRadius / 4, 1 from coreRadius on, with two continuous derivatives;
+/// even in ln R, because what turns is seen from the center, and grids resolve the outer part of the core
+/// better than the inner. And its derivative by R. `coreRadius` > 0.
+double coreShare(double ballRadius, double coreRadius);
+double coreShareSlope(double ballRadius, double coreRadius);
+
 /// The family A_R on the vertices' directions. Equivariant: turning omega and phi turns the result.
 class CoreIsotopy {
  public:

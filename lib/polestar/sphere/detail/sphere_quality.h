@@ -1,7 +1,6 @@
 #pragma once
 // How good a map to the sphere is: orientation (exact), angle distortion.
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -14,10 +13,6 @@ namespace polestar::detail {
 /// Indices of the triangles whose images are not positively oriented, ascending; exact.
 std::vector<std::int32_t> flippedTriangles(std::span<const Vec3> directions,
                                            const std::vector<Triangle>& triangles);
-
-/// Quasi-conformal dilatation sigma_1 / sigma_2 >= 1 of the linear map between two triangles; infinite when
-/// either has no area.
-double dilatation(const std::array<Vec3, 3>& from, const std::array<Vec3, 3>& to);
 
 struct Distortion {
   double mean = 1;  ///< weighted by the area on the surface; triangles of no area do not count
