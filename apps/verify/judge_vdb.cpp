@@ -39,16 +39,19 @@ bool judgeValues(const VoxelSolid& solid, Report& report) {
     ++notFinite;
     first = std::min(first, v);
   }
-  const bool metadata = isFinite(solid.center) && solid.harmonicRadius > 0 && solid.greenCap > 0 &&
-                        std::isfinite(solid.harmonicRadius) && std::isfinite(solid.greenCap) &&
-                        solid.coreRadius >= 0 && solid.coreRadius < 1;
+  const bool metadata =
+      isFinite(solid.center) &&
+      (!solid.hasGreen ||
+       (solid.harmonicRadius > 0 && solid.greenCap > 0 && std::isfinite(solid.harmonicRadius) &&
+        std::isfinite(solid.greenCap) && solid.coreRadius >= 0 && solid.coreRadius < 1));
   report.atMost(
       "finite", static_cast<double>(notFinite) + (metadata ? 0 : 1), 0, true,
       notFinite > 0
           ? std::to_string(notFinite) + " values are not finite" +
                 (first < solid.count() ? ", first at " + voxelText(solid, solid.placeOf(first)) : "")
-      : metadata ? "all values are finite"
-                 : "metadata center, harmonic_radius, green_cap or core_radius are impossible");
+      : metadata       ? "all values are finite"
+      : solid.hasGreen ? "metadata center, harmonic_radius, green_cap or core_radius are impossible"
+                       : "metadata center is impossible");
   return undefined == 0 && notFinite == 0 && metadata;
 }
 
@@ -64,8 +67,10 @@ bool judgeRange(const VoxelSolid& solid, Report& report) {
                 "|rest| is at most 1 " + std::string(longest >= 1 ? "+ " : "- ") +
                     shortNumber(std::abs(longest - 1)) +
                     (longest > 1 + 1e-6 ? ", at " + voxelText(solid, solid.placeOf(at)) : ""));
-  report.atMost("green_range", static_cast<double>(badGreen), 0, true,
-                std::to_string(badGreen) + " values of green are negative or above the cap");
+  if (solid.hasGreen) {
+    report.atMost("green_range", static_cast<double>(badGreen), 0, true,
+                  std::to_string(badGreen) + " values of green are negative or above the cap");
+  }
   return longest < 2;
 }
 
@@ -77,12 +82,13 @@ void judgePole(const VoxelSolid& solid, Report& report) {
   }
   report.atMost("pole", pole.restOffset, 0.5, false,
                 "rest vanishes " + shortNumber(pole.restOffset) + " voxels from the center");
+  if (!solid.hasGreen) return;
   report.near(
       "harmonic_radius", pole.ratio, 1, 0.03, false,
       "the harmonic radius by G around the center is " + shortNumber(pole.ratio) + " times the file's");
 }
 
-void judgeField(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth, Report& report) {
+void judgeBoundary(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth, Report& report) {
   const BoundaryFit boundary = fitBoundary(solid, depth);
   report.atMost("surface", static_cast<double>(boundary.tooDeep), 0, false,
                 std::to_string(boundary.tooDeep) + " of " + std::to_string(boundary.rim) +
@@ -91,6 +97,9 @@ void judgeField(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth
               "|rest| continued to the surface is " + shortNumber(boundary.median) + " in the median");
   report.atLeast("boundary_everywhere", boundary.low, 0.85, false,
                  "|rest| continued to the surface is above " + shortNumber(boundary.low) + " at 99 % of it");
+}
+
+void judgeField(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth, Report& report) {
   const RadiusFit radius = fitRadius(solid);
   report.atMost("radius", radius.worst, 1e-3, false,
                 (solid.radiusIsOfGreen ? "|rest| is off 1/(1 + rho G) by " : "|rest| falls as G falls, by ") +
@@ -160,12 +169,18 @@ Report judgeVdb(const VoxelSolid& solid) {
   Report report;
   report.kind = "vdb";
   report.facts.emplace_back("voxels", solid.count());
-  report.facts.emplace_back("harmonic_radius_voxels", solid.harmonicRadius);
+  if (solid.hasGreen) {
+    report.facts.emplace_back("harmonic_radius_voxels", solid.harmonicRadius);
+  } else {
+    report.notJudged =
+        "green, which a frame of a morph does not have: harmonic_radius, radius, harmonic, field_lines";
+  }
   if (!judgeValues(solid, report) || !judgeRange(solid, report)) return report;
   const std::vector<std::uint16_t> depth = depths(solid);
   const CellSums cells = judgeCells(solid);
   judgePole(solid, report);
-  judgeField(solid, depth, report);
+  judgeBoundary(solid, depth, report);
+  if (solid.hasGreen) judgeField(solid, depth, report);
   const Coverage cover = measureCoverage(solid, depth);
   judgeDegree(cover, cells, report);
   judgeOrientation(solid, cells, report);

@@ -24,6 +24,7 @@ struct VoxelSolid {
   std::vector<std::uint32_t> box;  ///< the reverse
   std::vector<Vec3f> rest;
   std::vector<float> green, surface;
+  bool hasGreen = true;  ///< else `green` is 0 and nothing that is said of it holds: a frame of a morph
 
   Vec3 center;
   double harmonicRadius = 0, greenCap = 0;

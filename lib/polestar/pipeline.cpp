@@ -244,15 +244,24 @@ FilteredGrids filterCells(SolidGrids& grids, Context& context) {
   return result;
 }
 
+CellQuality judgeVoxelCells(const SolidGrids& grids) {
+  std::vector<CellQuality> quality(grids.leafCount("rest"));
+  grids.visitBricks("rest", [&](std::size_t leaf, const SolidGrids::Brick& brick) {
+    quality[leaf] = judgeCells(
+        {SolidGrids::Brick::kSize, brick.values, brick.signedDistance, brick.active, grids.voxelSize()});
+  });
+  CellQuality total;
+  for (const CellQuality& part : quality) total += part;
+  return total;
+}
+
 Certificate certifyGrids(const BallMap& map, const SolidGrids& grids, std::size_t roundTrips,
                          Context& context) {
   // Every leaf fills its own slot, so that the result does not depend on who visits when.
   const std::size_t leaves = grids.leafCount("rest");
-  std::vector<CellQuality> quality(leaves);
   std::vector<std::vector<Vec3>> inside(leaves);
   grids.visitBricks("rest", [&](std::size_t leaf, const SolidGrids::Brick& brick) {
     constexpr int n = SolidGrids::Brick::kSize;
-    quality[leaf] = judgeCells({n, brick.values, brick.signedDistance, brick.active, grids.voxelSize()});
     for (int i = 0; i + 1 < n; ++i) {
       for (int j = 0; j + 1 < n; ++j) {
         for (int k = 0; k + 1 < n; ++k) {
@@ -265,19 +274,15 @@ Certificate certifyGrids(const BallMap& map, const SolidGrids& grids, std::size_
       }
     }
   });
-  CellQuality total;
   std::vector<Vec3> voxels;
-  for (std::size_t leaf = 0; leaf < leaves; ++leaf) {
-    total += quality[leaf];
-    voxels.insert(voxels.end(), inside[leaf].begin(), inside[leaf].end());
-  }
+  for (const std::vector<Vec3>& part : inside) voxels.insert(voxels.end(), part.begin(), part.end());
   const std::size_t count = std::min(roundTrips, voxels.size());
   std::vector<Vec3> chosen(count);
   for (std::size_t i = 0; i < count; ++i) chosen[i] = voxels[i * voxels.size() / count];
   context.throwIfCancelled();
   context.progress("round trips", 0);
   const RoundTrip trip = measureRoundTrip(map, chosen);
-  return certify(map, total, trip, grids.voxelSize(), context);
+  return certify(map, judgeVoxelCells(grids), trip, grids.voxelSize(), context);
 }
 
 }  // namespace polestar

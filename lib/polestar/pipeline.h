@@ -95,7 +95,10 @@ struct FilteredGrids {
 /// (up to one in a thousand cells): see certify/voxel_filter.h. Counted in the metadata.
 FilteredGrids filterCells(SolidGrids& grids, Context& context = Context::quiet());
 
-/// Judges the cells of the grid `rest` as written, and the round trip through up to `roundTrips` of its
+/// Judges the cells of the grid `rest` as written.
+CellQuality judgeVoxelCells(const SolidGrids& grids);
+
+/// judgeVoxelCells() and the round trip through up to `roundTrips` of its
 /// voxels.
 Certificate certifyGrids(const BallMap& map, const SolidGrids& grids, std::size_t roundTrips = 50000,
                          Context& context = Context::quiet());
