@@ -198,7 +198,7 @@ class MapCommand final : public Command {
 
   SolidGrids sampleInverse(const Mapped& map, double dim, Session& session) const {
     SolidGrids grids = session.timed("sample_inverse", [&] { return map.inverse(dim, session.context()); });
-    const CellQuality cells = session.timed("certify", [&] { return judgeGrid(grids, "position"); });
+    const CellQuality cells = session.timed("certify", [&] { return judgeVoxelCells(grids, "position"); });
     session.json()["inverse"] = {{"voxel_size", grids.voxelSize()},
                                  {"voxels", cells.voxels},
                                  {"cells", cells.cells},

@@ -15,6 +15,7 @@ std::unique_ptr<Command> makeEvalCommand();
 std::unique_ptr<Command> makeInfoCommand();
 std::unique_ptr<Command> makeRenderCommand();
 std::unique_ptr<Command> makeTransferCommand();
+std::unique_ptr<Command> makeMorphCommand();
 std::unique_ptr<Command> makeWarpCommand();
 std::unique_ptr<Command> makeVerifyCommand();
 std::unique_ptr<Command> makeConvertCommand();

@@ -5,7 +5,10 @@
 #include "cli/text.h"
 #include "polestar/core/error.h"
 #include "polestar/map/composed_map.h"
+#include "polestar/map/ball_motion.h"
 #include "polestar/map/distortion.h"
+#include "polestar/map/shell_map.h"
+#include "polestar/polycube/polycube_text.h"
 
 namespace polestar::cli {
 namespace {
@@ -37,6 +40,15 @@ Json describeBands(const std::vector<DistortionBand>& bands) {
                     {"volume_p95", band.distortion.volumeP95}});
   }
   return list;
+}
+
+Json describeMotion(const VolumeMap& motion) {
+  if (const auto* shells = dynamic_cast<const ShellMap*>(&motion)) {
+    return {{"kind", "table"},
+            {"triangles", shells->table().triangles.size()},
+            {"largest_dilatation", shells->largestDilatation()}};
+  }
+  return {{"kind", "moebius"}, {"pull", dynamic_cast<const BallMotion&>(motion).pull().norm()}};
 }
 
 }  // namespace
@@ -99,7 +111,7 @@ std::optional<DomainMap> makeDomainMap(const BallMap& map, const MapChoices& map
       {"unit", shape.unit},
       {"vertices", ball.chart().foliation().vertexCount},
       {"boundary_error", ball.chart().green().boundaryError().max},
-      {"pull", domain.motion().pull().norm()},
+      {"motion", describeMotion(domain.motion())},
       {"distortion_by_edge_distance", describeBands(bands)}};
   return domain;
 }

@@ -227,6 +227,28 @@ BallMap makeMap(const std::filesystem::path& mesh, const MapChoices& choices, Se
   return map;
 }
 
+namespace {
+
+const char* timingOf(const std::string& whose) {
+  return whose == "target" ? "map_target" : whose == "shape" ? "map_shape" : "map_source";
+}
+
+/// With the library's defaults; `what` begins the messages of errors.
+BallMap mapSurface(const TriMesh& surface, const std::string& what, const std::string& whose,
+                   Session& session) {
+  return session.timed(timingOf(whose), [&] {
+    try {
+      const ClosedSurface closed = verifyClosedSurface(repairMesh(surface).mesh);
+      return mapToBall(verifyStarShape(closed, {}, session.context()), {}, session.context());
+    } catch (const Error& error) {
+      if (error.code() == Errc::cancelled) throw;
+      throw Error(error.code(), what + ": " + error.what());
+    }
+  });
+}
+
+}  // namespace
+
 BallMap mapOwnSurface(const SampledGrids& grids, const std::string& name, const std::string& whose,
                       Session& session) {
   const bool hadOne = !grids.metadata("polestar:map_hash").empty();
@@ -235,15 +257,8 @@ BallMap mapOwnSurface(const SampledGrids& grids, const std::string& name, const 
       name + (hadOne ? ": its .pmap does not lie beside it, so its own surface gets a new map; "
                        "name the .pmap if you have it"
                      : ": no map is given or lies beside, its own surface gets one"));
-  return session.timed(whose == "target" ? "map_target" : "map_source", [&] {
-    try {
-      const ClosedSurface closed = verifyClosedSurface(repairMesh(solidSurface(grids, name)).mesh);
-      return mapToBall(verifyStarShape(closed, {}, session.context()), {}, session.context());
-    } catch (const Error& error) {
-      if (error.code() == Errc::cancelled) throw;
-      throw Error(error.code(), "the " + whose + "'s own body, the surface in " + name + ": " + error.what());
-    }
-  });
+  return mapSurface(solidSurface(grids, name), "the " + whose + "'s own body, the surface in " + name, whose,
+                    session);
 }
 
 BallMap loadOrMakeMap(const std::filesystem::path& path, const std::string& whose, Session& session) {
@@ -251,6 +266,11 @@ BallMap loadOrMakeMap(const std::filesystem::path& path, const std::string& whos
     return loadMap(path, session);
   const SampledGrids grids = session.timed("load", [&] { return SampledGrids(path); });
   return mapOwnSurface(grids, path.string(), whose, session);
+}
+
+BallMap loadOrMapSolid(const std::filesystem::path& path, const std::string& whose, Session& session) {
+  if (isMapName(path)) return loadOrMakeMap(path, whose, session);
+  return mapSurface(loadMesh(path, session).mesh, path.string(), whose, session);
 }
 
 BallMap loadMap(const std::filesystem::path& path, Session& session) {

@@ -48,13 +48,17 @@ MapFile loadMapFile(const std::filesystem::path& path, Session& session);
 BallMap loadMap(const std::filesystem::path& path, Session& session);
 
 /// The map of a solid that only grids tell of, made from the surface of their level set or fog with the
-/// library's defaults; said in the log. `whose`: "texture" or "target", for messages and the timing.
+/// library's defaults; said in the log. `whose`: "texture", "target" or "shape", for messages and the timing.
 /// @throws what solidSurface throws; Errc::invalidSurface or Errc::notStarShaped for a surface without a map.
 BallMap mapOwnSurface(const SampledGrids& grids, const std::string& name, const std::string& whose,
                       Session& session);
 
 /// loadMap(), and mapOwnSurface() of a .vdb that has no .pmap beside it.
 BallMap loadOrMakeMap(const std::filesystem::path& path, const std::string& whose, Session& session);
+
+/// loadOrMakeMap(), and a mesh is mapped with the library's defaults, too.
+/// @throws what they throw; Error{Errc::io} for a file that is no mesh.
+BallMap loadOrMapSolid(const std::filesystem::path& path, const std::string& whose, Session& session);
 
 /// From a mesh to its map in memory: inspects it as `check` does and fills what `map` says of the stages.
 /// @throws Error{Errc::usage} for a weight of volumes where nothing is balanced; what inspectSolid and the

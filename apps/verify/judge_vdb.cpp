@@ -39,16 +39,19 @@ bool judgeValues(const VoxelSolid& solid, Report& report) {
     ++notFinite;
     first = std::min(first, v);
   }
-  const bool metadata = isFinite(solid.center) && solid.harmonicRadius > 0 && solid.greenCap > 0 &&
-                        std::isfinite(solid.harmonicRadius) && std::isfinite(solid.greenCap) &&
-                        solid.coreRadius >= 0 && solid.coreRadius < 1;
+  const bool metadata =
+      isFinite(solid.center) &&
+      (!solid.hasGreen ||
+       (solid.harmonicRadius > 0 && solid.greenCap > 0 && std::isfinite(solid.harmonicRadius) &&
+        std::isfinite(solid.greenCap) && solid.coreRadius >= 0 && solid.coreRadius < 1));
   report.atMost(
       "finite", static_cast<double>(notFinite) + (metadata ? 0 : 1), 0, true,
       notFinite > 0
           ? std::to_string(notFinite) + " values are not finite" +
                 (first < solid.count() ? ", first at " + voxelText(solid, solid.placeOf(first)) : "")
-      : metadata ? "all values are finite"
-                 : "metadata center, harmonic_radius, green_cap or core_radius are impossible");
+      : metadata       ? "all values are finite"
+      : solid.hasGreen ? "metadata center, harmonic_radius, green_cap or core_radius are impossible"
+                       : "metadata center is impossible");
   return undefined == 0 && notFinite == 0 && metadata;
 }
 
@@ -69,8 +72,10 @@ bool judgeRange(const VoxelSolid& solid, Report& report) {
                 gaugeName(solid) + " is at most 1 " + std::string(longest >= 1 ? "+ " : "- ") +
                     shortNumber(std::abs(longest - 1)) +
                     (longest > 1 + 1e-6 ? ", at " + voxelText(solid, solid.placeOf(at)) : ""));
-  report.atMost("green_range", static_cast<double>(badGreen), 0, true,
-                std::to_string(badGreen) + " values of green are negative or above the cap");
+  if (solid.hasGreen) {
+    report.atMost("green_range", static_cast<double>(badGreen), 0, true,
+                  std::to_string(badGreen) + " values of green are negative or above the cap");
+  }
   return longest < 2;
 }
 
@@ -82,6 +87,7 @@ void judgePole(const VoxelSolid& solid, Report& report) {
   }
   report.atMost("pole", pole.restOffset, 0.5, false,
                 "rest vanishes " + shortNumber(pole.restOffset) + " voxels from the center");
+  if (!solid.hasGreen) return;
   report.near(
       "harmonic_radius", pole.ratio, 1, 0.03, false,
       "the harmonic radius by G around the center is " + shortNumber(pole.ratio) + " times the file's");
@@ -130,6 +136,13 @@ void judgeLines(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth
                     (canTell ? "" : "; too little, or at too few places, to tell"));
 }
 
+void judgeField(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth, Report& report) {
+  // rest in a polycube follows the polycube's Green's function, too.
+  if (solid.domain.isBall()) judgeRadius(solid, report);
+  judgeHarmonicity(solid, depth, report);
+  if (solid.domain.isBall()) judgeLines(solid, depth, report);
+}
+
 void judgeDegree(const VoxelSolid& solid, const Coverage& cover, const CellSums& cells, Report& report) {
   const double whole = solid.domain.volume();
   const double share = static_cast<double>(cover.touched) / static_cast<double>(cover.targets);
@@ -174,22 +187,28 @@ Report judgeVdb(const VoxelSolid& solid) {
   Report report;
   report.kind = "vdb";
   report.facts.emplace_back("voxels", solid.count());
-  report.facts.emplace_back("harmonic_radius_voxels", solid.harmonicRadius);
   const std::string defect = solid.domain.defect();
   report.atMost("domain", defect.empty() ? 0 : 1, 0, true,
                 !defect.empty()          ? "the domain is not star-shaped: " + defect
                 : solid.domain.isBall() ? "the domain is the ball"
                                         : "the domain has " + std::to_string(solid.domain.cellCount()) +
                                               " cells, star-shaped about the middle of one");
+  if (solid.hasGreen) {
+    report.facts.emplace_back("harmonic_radius_voxels", solid.harmonicRadius);
+  } else {
+    report.notJudged =
+        "green, which a frame of a morph does not have: harmonic_radius, radius, harmonic, field_lines";
+  }
+  if (!solid.domain.isBall()) {
+    report.notJudged = "whether rest follows the polycube's own Green's function, which is not in the file: radius, "
+                       "field_lines";
+  }
   if (!defect.empty() || !judgeValues(solid, report) || !judgeRange(solid, report)) return report;
   const std::vector<std::uint16_t> depth = depths(solid);
   const CellSums cells = judgeCells(solid);
   judgePole(solid, report);
   judgeBoundary(solid, depth, report);
-  // The two that ask rest for the solid's own Green's function: a polycube's, which bends them, is not in the file.
-  if (solid.domain.isBall()) judgeRadius(solid, report);
-  judgeHarmonicity(solid, depth, report);
-  if (solid.domain.isBall()) judgeLines(solid, depth, report);
+  if (solid.hasGreen) judgeField(solid, depth, report);
   const Coverage cover = measureCoverage(solid, depth);
   judgeDegree(solid, cover, cells, report);
   judgeOrientation(solid, cells, report);

@@ -1,6 +1,7 @@
 #pragma once
 // Are the grids of a .vdb a map of the solid onto the ball by its Green's function? Judged on the stored
-// voxels; docs/verify.md says what each check can see and why its limit is where it is.
+// voxels; docs/verify.md says what each check can see and why its limit is where it is. Of a frame of a
+// morph, which has no Green's function, whether they are a map onto the ball.
 
 #include "report.h"
 #include "voxel_solid.h"

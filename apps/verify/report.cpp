@@ -47,6 +47,7 @@ std::string toText(const Report& report) {
     text += std::string(check.passed ? "  holds    " : "  REFUSED  ") + check.name +
             std::string(width + 2 - check.name.size(), ' ') + check.detail + "\n";
   }
+  if (!report.notJudged.empty()) text += "  not judged: " + report.notJudged + "\n";
   return text;
 }
 
@@ -69,6 +70,7 @@ nlohmann::ordered_json toJson(const Report& report) {
   json["reason"] = failure ? nlohmann::ordered_json(failure->name) : nullptr;
   json["checks"] = checks;
   json["facts"] = facts;
+  json["not_judged"] = report.notJudged.empty() ? nlohmann::ordered_json() : report.notJudged;
   return json;
 }
 

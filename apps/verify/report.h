@@ -27,6 +27,7 @@ struct Report {
   std::string kind;           ///< "pmap" or "vdb"
   std::vector<Check> checks;  ///< in an order that puts causes before their consequences
   std::vector<std::pair<std::string, double>> facts;  ///< counts without a limit
+  std::string notJudged;  ///< what the file does not hold, and checks that need it; empty: all were made
 
   /// Passed when value <= limit; a NaN is not.
   void atMost(const std::string& name, double value, double limit, bool exact, const std::string& detail);

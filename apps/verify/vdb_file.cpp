@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 #include <numeric>
+#include <optional>
 
 #include "report.h"
 
@@ -38,6 +39,9 @@ typename Grid::Ptr take(const openvdb::GridPtrVec& grids, const std::string& nam
   return found;
 }
 
+/// Between shapes there is no Green's function; anywhere else a file without it is incomplete.
+bool isFrameOfMorph(const Grids& grids) { return (*grids.rest)["polestar:weights"] != nullptr; }
+
 Grids readGrids(const std::filesystem::path& path) {
   std::error_code code;
   if (!std::filesystem::is_regular_file(path, code)) {
@@ -55,7 +59,7 @@ Grids readGrids(const std::filesystem::path& path) {
     if (!grids.all || grids.all->empty()) throw Unreadable("it has no grids");
     grids.surface = take<openvdb::FloatGrid>(*grids.all, "surface");
     grids.rest = take<openvdb::Vec3SGrid>(*grids.all, "rest");
-    grids.green = take<openvdb::FloatGrid>(*grids.all, "green");
+    if (!isFrameOfMorph(grids)) grids.green = take<openvdb::FloatGrid>(*grids.all, "green");
     return grids;
   } catch (const Unreadable&) {
     throw;
@@ -112,7 +116,7 @@ template <class Value>
 Value metadata(const Grids& grids, const std::string& key, const char* whenMissing) {
   for (const openvdb::GridBase* grid : std::initializer_list<const openvdb::GridBase*>{
            grids.rest.get(), grids.green.get(), grids.surface.get()}) {
-    const auto found = (*grid)[key];
+    const auto found = grid ? (*grid)[key] : openvdb::Metadata::Ptr();
     if (!found) continue;
     const auto* typed = dynamic_cast<const openvdb::TypedMetadata<Value>*>(found.get());
     if (!typed) throw Unreadable("its metadata " + key + " is of type " + found->typeName());
@@ -174,14 +178,15 @@ void fillVoxels(const Grids& grids, const CoordBBox& box, VoxelSolid& solid) {
   std::vector<std::size_t> noRest(begin.size(), 0), noGreen(begin.size(), 0);
   tbb::parallel_for(0, extent.x(), [&](int i) {
     auto restAt = grids.rest->getConstUnsafeAccessor();
-    auto greenAt = grids.green->getConstUnsafeAccessor();
+    std::optional<openvdb::FloatGrid::ConstUnsafeAccessor> greenAt;
+    if (grids.green) greenAt.emplace(grids.green->getConstUnsafeAccessor());
     const auto slabIndex = static_cast<std::size_t>(i);
     std::size_t voxel = begin[slabIndex];
     inSlab(i, [&](std::size_t at, const Coord& place, float distance) {
       openvdb::Vec3s rest(0);
       float green = 0;
       noRest[slabIndex] += !restAt.probeValue(place, rest);
-      noGreen[slabIndex] += !greenAt.probeValue(place, green);
+      noGreen[slabIndex] += greenAt && !greenAt->probeValue(place, green);
       solid.slot[at] = static_cast<std::int32_t>(voxel);
       solid.box[voxel] = static_cast<std::uint32_t>(at);
       solid.surface[voxel] = distance / size;
@@ -217,6 +222,8 @@ VoxelSolid readVdb(const std::filesystem::path& path) {
   const Vec3 center = toVec3(metadata<openvdb::Vec3d>(grids, "polestar:center", ""));
   const Vec3 corner = toVec3(grids.surface->transform().indexToWorld(box.min().asVec3d()));
   for (int k = 0; k < 3; ++k) solid.center[k] = dot(affine.columns[k], center - corner) / (h * h);
+  solid.hasGreen = grids.green != nullptr;
+  if (!solid.hasGreen) return solid;
   solid.harmonicRadius = metadata<double>(grids, "polestar:harmonic_radius", "") / h;
   solid.greenCap = metadata<double>(grids, "polestar:green_cap", "") * h;
   solid.coreRadius = metadata<double>(grids, "polestar:core_radius", "");

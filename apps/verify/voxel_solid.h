@@ -25,6 +25,7 @@ struct VoxelSolid {
   std::vector<std::uint32_t> box;  ///< the reverse
   std::vector<Vec3f> rest;
   std::vector<float> green, surface;
+  bool hasGreen = true;  ///< else `green` is 0 and nothing that is said of it holds: a frame of a morph
 
   Domain domain;  ///< that `rest` maps onto
   Vec3 center;

@@ -13,11 +13,10 @@
 #include <vector>
 
 #include "polestar/core/version.h"
-#include "polestar/map/landmarks.h"
+#include "polestar/map/alignment.h"
 #include "polestar/map/surface_points.h"
 #include "polestar/mesh/shapes.h"
 #include "polestar/polycube/polycube_text.h"
-#include "polestar/sphere/sphere_locator.h"
 
 namespace polestar {
 namespace {
@@ -94,53 +93,6 @@ BallMap mapToBall(const StarShape& given, const MapOptions& options, Context& co
   return map;
 }
 
-namespace {
-
-// A direction for the surface of a shape: where the ray from the center that goes through `place` leaves it, by the
-// map of that surface onto the sphere.
-class SurfaceSeen {
- public:
-  explicit SurfaceSeen(const BallMap& map)
-      : sphere_(map.sphere().directions),
-        triangles_(map.chart().green().shape().mesh().triangles),
-        surface_(map.chart().green().shape().mesh().vertices, triangles_) {}
-
-  std::optional<Vec3> operator()(const Vec3& place) const {
-    const auto hit = surface_.locate(place);
-    if (!hit) return std::nullopt;
-    Vec3 direction = Vec3::Zero();
-    for (int k = 0; k < 3; ++k) direction += hit->weights[k] * sphere_[triangles_[hit->triangle][k]];
-    return direction;
-  }
-
- private:
-  std::vector<Vec3> sphere_;
-  std::vector<Triangle> triangles_;
-  SphereLocator surface_;
-};
-
-// Points of both surfaces that are seen in one direction, as directions in the two balls: the corners of the
-// polycube, and some of each surface, even in area.
-std::vector<LandmarkPair> facingPairs(const BallMap& solid, const BallMap& domain, const Mat3& axes) {
-  constexpr std::size_t kPairs = 400;
-  const SurfaceSeen solidAt(solid), domainAt(domain);
-  std::vector<LandmarkPair> pairs;
-  const TriMesh& mesh = solid.chart().green().shape().mesh();
-  const double share = surfaceArea(mesh) / kPairs;
-  double area = 0.5 * share;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    area += 0.5 * areaVector(mesh, t).norm();
-    if (area < share) continue;
-    area = std::fmod(area, share);
-    const Vec3 place = (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3;
-    const std::optional<Vec3> from = solidAt(place), to = domainAt(axes.transpose() * place);
-    if (from && to) pairs.push_back({*from, *to});
-  }
-  return pairs;
-}
-
-}  // namespace
-
 DomainMap mapToDomain(const BallMap& solid, const PolycubeFit& fit, const MapOptions& options,
                       Context& context, MapTimings* timings) {
   // The center of the lattice is the origin of the domain's frame.
@@ -150,9 +102,9 @@ DomainMap mapToDomain(const BallMap& solid, const PolycubeFit& fit, const MapOpt
   const StarShape shape =
       verifyStarShape(verifyClosedSurface(fit.polycube.surface(kDomainDivisions)), atOrigin, context);
   BallMap domain = mapToBall(shape, options, context, timings);
-  const LandmarkFit motion = fitLandmarks(facingPairs(solid, domain, fit.axes));
+  const LandmarkMatch match = alignedMotion(solid, domain, fit.axes.transpose(), {}, context);
   const bool isCube = fit.polycube.cells().size() == 1;
-  return {solid, motion.motion, std::move(domain),
+  return {solid, match.motion, std::move(domain),
           DomainShape{isCube ? "cube" : "polycube", toText(fit.polycube), fit.polycube.cellSide(), fit.axes,
                       fit.unit, fit.overlap}};
 }
@@ -373,21 +325,25 @@ FilteredGrids filterCells(SolidGrids& grids, Context& context) {
   return result;
 }
 
+CellQuality judgeVoxelCells(const SolidGrids& grids, const std::string& vectorGrid) {
+  // Every leaf fills its own slot, so that the result does not depend on who visits when.
+  std::vector<CellQuality> quality(grids.leafCount(vectorGrid));
+  grids.visitBricks(vectorGrid, [&](std::size_t leaf, const SolidGrids::Brick& brick) {
+    quality[leaf] = judgeCells(
+        {SolidGrids::Brick::kSize, brick.values, brick.signedDistance, brick.active, grids.voxelSize()});
+  });
+  CellQuality total;
+  for (const CellQuality& part : quality) total += part;
+  return total;
+}
+
 namespace {
 
-// Every leaf fills its own slot, so that the result does not depend on who visits when.
-struct JudgedGrid {
-  CellQuality cells;
-  std::vector<Vec3> inside;  // voxels, mesh units
-};
-
-JudgedGrid judge(const SolidGrids& grids, const std::string& vectorGrid) {
-  const std::size_t leaves = grids.leafCount(vectorGrid);
-  std::vector<CellQuality> quality(leaves);
-  std::vector<std::vector<Vec3>> inside(leaves);
-  grids.visitBricks(vectorGrid, [&](std::size_t leaf, const SolidGrids::Brick& brick) {
+// Up to `most` of the voxels inside, spread evenly; mesh units.
+std::vector<Vec3> someInside(const SolidGrids& grids, std::size_t most) {
+  std::vector<std::vector<Vec3>> inside(grids.leafCount("rest"));
+  grids.visitBricks("rest", [&](std::size_t leaf, const SolidGrids::Brick& brick) {
     constexpr int n = SolidGrids::Brick::kSize;
-    quality[leaf] = judgeCells({n, brick.values, brick.signedDistance, brick.active, grids.voxelSize()});
     for (int i = 0; i + 1 < n; ++i) {
       for (int j = 0; j + 1 < n; ++j) {
         for (int k = 0; k + 1 < n; ++k) {
@@ -400,40 +356,34 @@ JudgedGrid judge(const SolidGrids& grids, const std::string& vectorGrid) {
       }
     }
   });
-  JudgedGrid judged;
-  for (std::size_t leaf = 0; leaf < leaves; ++leaf) {
-    judged.cells += quality[leaf];
-    judged.inside.insert(judged.inside.end(), inside[leaf].begin(), inside[leaf].end());
-  }
-  return judged;
+  std::vector<Vec3> voxels;
+  for (const std::vector<Vec3>& part : inside) voxels.insert(voxels.end(), part.begin(), part.end());
+  const std::size_t count = std::min(most, voxels.size());
+  std::vector<Vec3> chosen(count);
+  for (std::size_t i = 0; i < count; ++i) chosen[i] = voxels[i * voxels.size() / count];
+  return chosen;
 }
 
 template <class Map>
-Certificate certifyJudged(const Map& map, const SolidGrids& grids, std::size_t roundTrips, Context& context) {
-  const JudgedGrid judged = judge(grids, "rest");
-  const std::size_t count = std::min(roundTrips, judged.inside.size());
-  std::vector<Vec3> chosen(count);
-  for (std::size_t i = 0; i < count; ++i) chosen[i] = judged.inside[i * judged.inside.size() / count];
+Certificate certifyGridsOf(const Map& map, const SolidGrids& grids, std::size_t roundTrips,
+                           Context& context) {
+  const std::vector<Vec3> chosen = someInside(grids, roundTrips);
   context.throwIfCancelled();
   context.progress("round trips", 0);
   const RoundTrip trip = measureRoundTrip(map, chosen);
-  return certify(map, judged.cells, trip, grids.voxelSize(), context);
+  return certify(map, judgeVoxelCells(grids), trip, grids.voxelSize(), context);
 }
 
 }  // namespace
 
 Certificate certifyGrids(const BallMap& map, const SolidGrids& grids, std::size_t roundTrips,
                          Context& context) {
-  return certifyJudged(map, grids, roundTrips, context);
+  return certifyGridsOf(map, grids, roundTrips, context);
 }
 
 Certificate certifyGrids(const DomainMap& map, const SolidGrids& grids, std::size_t roundTrips,
                          Context& context) {
-  return certifyJudged(map, grids, roundTrips, context);
-}
-
-CellQuality judgeGrid(const SolidGrids& grids, const std::string& vectorGrid) {
-  return judge(grids, vectorGrid).cells;
+  return certifyGridsOf(map, grids, roundTrips, context);
 }
 
 }  // namespace polestar

@@ -116,15 +116,15 @@ struct FilteredGrids {
 /// (up to one in a thousand cells): see certify/voxel_filter.h. Counted in the metadata.
 FilteredGrids filterCells(SolidGrids& grids, Context& context = Context::quiet());
 
-/// Judges the cells of the grid `rest` as written, and the round trip through up to `roundTrips` of its
+/// Judges the cells of a grid as written: `rest`, or `position`.
+CellQuality judgeVoxelCells(const SolidGrids& grids, const std::string& vectorGrid = "rest");
+
+/// judgeVoxelCells() and the round trip through up to `roundTrips` of its
 /// voxels.
 Certificate certifyGrids(const BallMap& map, const SolidGrids& grids, std::size_t roundTrips = 50000,
                          Context& context = Context::quiet());
 /// The domain's map is judged as the solid's is; those checks have names that begin with `domain_`.
 Certificate certifyGrids(const DomainMap& map, const SolidGrids& grids, std::size_t roundTrips = 50000,
                          Context& context = Context::quiet());
-
-/// Counts over the cells of a grid of vectors as written: `rest`, or `position`.
-CellQuality judgeGrid(const SolidGrids& grids, const std::string& vectorGrid);
 
 }  // namespace polestar

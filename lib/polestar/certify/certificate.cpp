@@ -6,6 +6,8 @@
 #include "polestar/certify/detail/check_parts.h"
 #include "polestar/certify/detail/falsifiers.h"
 #include "polestar/certify/detail/table_proof.h"
+#include "polestar/map/ball_motion.h"
+#include "polestar/map/shell_map.h"
 
 namespace polestar {
 
@@ -156,6 +158,20 @@ SignReport signsOf(const BallMap& map) {
   return green.record().signs.empty() ? sampleSigns(green) : SignReport{};
 }
 
+// What lies between a solid's ball and its domain's.
+Check proveMotion(const VolumeMap& motion) {
+  if (const auto* shells = dynamic_cast<const ShellMap*>(&motion)) {
+    const std::size_t folded = foldedTriangles(shells->table(), shells->rotation()).size();
+    return check(CheckRole::proof, "motion", static_cast<double>(folded), 0,
+                 counted(folded, shells->table().triangles.size(),
+                         "triangles of the motion between the balls turn over on the way from rotation to table"));
+  }
+  const double pull = dynamic_cast<const BallMotion&>(motion).pull().norm();
+  return check(CheckRole::proof, "motion", pull, 1 - 1e-9,
+               "between the balls: a rotation and a Moebius transformation with a pull of " +
+                   formatted("%.3g", pull));
+}
+
 void conclude(Certificate& certificate, double voxelSize) {
   certificate.checks.push_back(voxelCells(certificate.sampled));
   certificate.checks.push_back(returns(certificate.roundTrip, voxelSize));
@@ -188,10 +204,7 @@ Certificate certify(const DomainMap& map, const CellQuality& sampled, const Roun
     check.name.insert(0, "domain_");
     certificate.checks.push_back(std::move(check));
   }
-  const double pull = map.motion().pull().norm();
-  certificate.checks.push_back(check(CheckRole::proof, "motion", pull, 1 - 1e-9,
-                                     "between the balls: a rotation and a Moebius motion with a pull of " +
-                                         formatted("%.3g", pull)));
+  certificate.checks.push_back(proveMotion(map.motion()));
   conclude(certificate, voxelSize);
   return certificate;
 }

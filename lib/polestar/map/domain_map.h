@@ -10,7 +10,6 @@
 #include <string>
 
 #include "polestar/map/ball_map.h"
-#include "polestar/map/ball_motion.h"
 #include "polestar/map/surface_points.h"
 
 namespace polestar {
@@ -29,7 +28,10 @@ struct DomainShape {
 /// center, axes of its lattice, its box two long).
 class DomainMap final : public VolumeMap {
  public:
-  DomainMap(BallMap solid, BallMotion motion, BallMap domain, DomainShape shape);
+  /// `motion`: of the solid's ball onto the domain's; a BallMotion or a ShellMap, of which it is known that they keep
+  /// spheres about the center and are one to one, and which files can hold.
+  /// @throws Error{Errc::usage} for another kind.
+  DomainMap(BallMap solid, std::shared_ptr<const VolumeMap> motion, BallMap domain, DomainShape shape);
 
   void forward(std::span<const Vec3> solid, std::span<Vec3> domain) const override;
   /// Points that rounding to floats put outside of the domain are taken for points of its boundary.
@@ -44,13 +46,13 @@ class DomainMap final : public VolumeMap {
   void sampleInverse(std::span<const Vec3> domain, std::span<Vec3> solid) const;
 
   const BallMap& solid() const { return solid_; }
-  const BallMotion& motion() const { return motion_; }
+  const VolumeMap& motion() const { return *motion_; }
   const BallMap& domain() const { return domain_; }
   const DomainShape& shape() const { return shape_; }
 
  private:
   BallMap solid_;
-  BallMotion motion_;
+  std::shared_ptr<const VolumeMap> motion_;
   BallMap domain_;
   DomainShape shape_;
   SurfacePoints solidSurface_, domainSurface_;

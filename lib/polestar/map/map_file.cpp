@@ -12,6 +12,8 @@
 #include "polestar/core/atomic_file.h"
 #include "polestar/core/error.h"
 #include "polestar/core/version.h"
+#include "polestar/map/ball_motion.h"
+#include "polestar/map/shell_map.h"
 
 namespace polestar {
 namespace {
@@ -238,6 +240,16 @@ json describe(const BallMap& map) {
   return header;
 }
 
+json describeMotion(const VolumeMap& motion) {
+  if (const auto* shells = dynamic_cast<const ShellMap*>(&motion))
+    return {{"kind", "table"}, {"core_radius", shells->coreRadius()}};
+  const auto& moebius = dynamic_cast<const BallMotion&>(motion);
+  return {{"kind", "moebius"},
+          {"rotation", toJson(moebius.rotation())},
+          {"pull", toJson(moebius.pull())},
+          {"core_radius", moebius.coreRadius()}};
+}
+
 json describe(const BallMap& map, const DomainMap* domain, const MapProvenance& provenance) {
   json header = describe(map);
   header["format"] = "polestar/pmap";
@@ -253,10 +265,7 @@ json describe(const BallMap& map, const DomainMap* domain, const MapProvenance& 
                             {"axes", toJson(shape.axes)},   {"unit", shape.unit},
                             {"overlap", shape.overlap}};
   header["domain_map"] = describe(domain->domain());
-  const BallMotion& motion = domain->motion();
-  header["motion"] = {{"rotation", toJson(motion.rotation())},
-                      {"pull", toJson(motion.pull())},
-                      {"core_radius", motion.coreRadius()}};
+  header["motion"] = describeMotion(domain->motion());
   return header;
 }
 
@@ -512,13 +521,23 @@ BallMap restore(const Part& part) {
                  std::move(images), takeBends(part, nodes));
 }
 
+std::shared_ptr<const VolumeMap> restoreMotion(const RawFile& raw, const std::filesystem::path& path) {
+  const json& m = raw.header.at("motion");
+  if (m.at("kind") == "moebius")
+    return std::make_shared<BallMotion>(toMat3(m.at("rotation")), toVec3(m.at("pull")), m.at("core_radius"));
+  if (m.at("kind") != "table") fail(path, "the motion between its balls is unknown to this program");
+  ShellTable table;
+  table.from = takeArray<Vec3>(raw, path, "motion_from", 3, 0);
+  table.to = takeArray<Vec3>(raw, path, "motion_to", 3, table.from.size());
+  table.triangles = takeArray<Triangle>(raw, path, "motion_triangles", 3, 0);
+  return std::make_shared<ShellMap>(std::move(table), m.at("core_radius"));
+}
+
 DomainMap restoreDomain(BallMap solid, const RawFile& raw, const std::filesystem::path& path) {
   const json& s = raw.header.at("domain_shape");
   DomainShape shape{raw.header.at("domain"), s.at("cells"), s.at("cell_side"),
                     toMat3(s.at("axes")),    s.at("unit"),  s.at("overlap")};
-  const json& m = raw.header.at("motion");
-  BallMotion motion(toMat3(m.at("rotation")), toVec3(m.at("pull")), m.at("core_radius"));
-  return {std::move(solid), std::move(motion),
+  return {std::move(solid), restoreMotion(raw, path),
           restore({raw, path, raw.header.at("domain_map"), kDomainPrefix}), std::move(shape)};
 }
 
@@ -540,11 +559,20 @@ void addArrays(ArrayList& arrays, const std::string& prefix, const BallMap& map)
   arrays.add(prefix + "phi", std::span(map.sphere().directions), 3);
 }
 
+void addDomain(ArrayList& arrays, const DomainMap& domain) {
+  addArrays(arrays, kDomainPrefix, domain.domain());
+  const auto* shells = dynamic_cast<const ShellMap*>(&domain.motion());
+  if (!shells) return;
+  arrays.add("motion_from", std::span(shells->table().from), 3);
+  arrays.add("motion_to", std::span(shells->table().to), 3);
+  arrays.add("motion_triangles", std::span(shells->table().triangles), 3);
+}
+
 std::string write(const std::filesystem::path& path, const BallMap& map, const DomainMap* domain,
                   const MapProvenance& provenance) {
   ArrayList arrays;
   addArrays(arrays, "", map);
-  if (domain) addArrays(arrays, kDomainPrefix, domain->domain());
+  if (domain) addDomain(arrays, *domain);
   json header = describe(map, domain, provenance);
   header["arrays"] = arrays.description();
   const std::string unsigned_ = header.dump();

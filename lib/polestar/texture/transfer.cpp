@@ -13,12 +13,8 @@
 #include "polestar/texture/line_integral.h"
 
 namespace polestar {
-namespace {
 
-using detail::LeafImager;
-using detail::LeafImages;
-
-std::vector<std::string> namesOfColor(ColorNames names) {
+std::vector<std::string> gridsOfColor(ColorNames names) {
   switch (names) {
     case ColorNames::houdini:
       return {"Cd"};
@@ -29,6 +25,11 @@ std::vector<std::string> namesOfColor(ColorNames names) {
   }
   return {"Cd", "color"};
 }
+
+namespace {
+
+using detail::LeafImager;
+using detail::LeafImages;
 
 /// One quantity of the texture, and the grids of the target that show it.
 struct Output {
@@ -330,7 +331,7 @@ Transfer transferTexture(const TextureRoute& route, const SolidTexture& texture,
                          const TransferOptions& options, Context& context) {
   if (route.source()) throw Error(Errc::usage, "a texture of the ball has no body of its own");
   std::vector<Output> outputs{
-      {namesOfColor(options.colorNames), true, ValueRole::invariant, options.halfColors, true}};
+      {gridsOfColor(options.colorNames), true, ValueRole::invariant, options.halfColors, true}};
   if (texture.hasFiber()) outputs.push_back({{"fiber"}, true, ValueRole::contravariant, options.halfColors});
 
   const Look look = [&](const LeafImages& images, std::size_t output, OutputValues& values) {
@@ -426,7 +427,7 @@ Transfer transferGrids(const TextureRoute& route, const std::vector<CarriedGrid>
     Output output{
         {grid.name}, first.isVector() || grid.sources.size() == 3, first.role(), first.savedAsHalf()};
     if (grid.color) {
-      output.names = namesOfColor(options.colorNames);
+      output.names = gridsOfColor(options.colorNames);
       output.half = options.halfColors;
       output.color = true;
     }

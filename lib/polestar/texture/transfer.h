@@ -15,6 +15,7 @@ namespace polestar {
 
 /// Which names colors get: Houdini and most others read `Cd`, Blender's Principled Volume `color`.
 enum class ColorNames { houdini, blender, both };
+std::vector<std::string> gridsOfColor(ColorNames names);
 
 /// Fibers that are drawn along the grid `fiber`, as thick all over the target; see line_integral.h.
 struct DrawnFibers {

@@ -1,0 +1,186 @@
+#include "polestar/morph/morph_complex.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+
+#include "polestar/chart/untangle.h"
+#include "polestar/core/detail/edge_table.h"
+#include "polestar/core/error.h"
+#include "polestar/morph/detail/common_sphere.h"
+
+namespace polestar {
+namespace {
+
+/// Steps between levels grow by so much inward from the first, which is as thin as in the maps' own tables.
+constexpr double kGrowth = 1.6;
+/// Of nodes without an answer, beyond which the maps are to be mistrusted.
+constexpr double kMostUnanswered = 1e-3;
+
+const Frame& frameOf(const BallMap& map) { return map.chart().green().shape().frame(); }
+
+std::vector<double> commonLevels(std::span<const MorphShape> shapes, const MorphOptions& options) {
+  double step = options.largestStep;
+  for (const MorphShape& shape : shapes)
+    step = std::min(step, 1 - shape.map.radius().value(shape.map.chart().foliation().levels[1]));
+  std::vector<double> levels{1};
+  for (; levels.back() - step > options.innermost; step = std::min(options.largestStep, kGrowth * step))
+    levels.push_back(levels.back() - step);
+  levels.push_back(options.innermost);
+  return levels;
+}
+
+Foliation complexOf(const TriMesh& sphere, std::vector<double> levels) {
+  Foliation ball;
+  ball.vertexCount = sphere.vertices.size();
+  ball.triangles = sphere.triangles;
+  ball.levels = std::move(levels);
+  ball.nodes.reserve(ball.centerNode() + 1);
+  for (const double level : ball.levels) {
+    for (const Vec3& direction : sphere.vertices) ball.nodes.push_back(level * direction);
+  }
+  ball.nodes.push_back(Vec3::Zero());
+  return ball;
+}
+
+// f^-1(motion(y)) - c at all nodes but those of the surface.
+std::vector<Vec3> innerNodes(const Foliation& ball, const BallMap& map, const VolumeMap* motion) {
+  const auto inner = std::span(ball.nodes).subspan(ball.vertexCount);
+  std::vector<Vec3> own(inner.begin(), inner.end()), solid(inner.size());
+  if (motion) motion->forward(inner, own);
+  map.inverse(own, solid);
+  for (Vec3& x : solid) x -= frameOf(map).origin;
+  solid.back().setZero();
+  return solid;
+}
+
+// Nodes that the map had no answer for get the mean of their neighbours in the level.
+std::size_t fillGaps(const Foliation& ball, std::vector<Vec3>& nodes) {
+  std::vector<std::size_t> open;
+  for (std::size_t id = 0; id < nodes.size(); ++id) {
+    if (!nodes[id].allFinite()) open.push_back(id);
+  }
+  const std::size_t count = open.size();
+  if (open.empty()) return 0;
+  const detail::EdgeTable edges(ball.triangles, ball.vertexCount);
+  std::vector<std::vector<std::int32_t>> around(ball.vertexCount);
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    const auto [a, b] = edges.ends(e);
+    around[static_cast<std::size_t>(a)].push_back(b);
+    around[static_cast<std::size_t>(b)].push_back(a);
+  }
+  for (std::size_t left = open.size() + 1; !open.empty() && open.size() < left;) {
+    left = open.size();
+    std::vector<std::size_t> still;
+    std::vector<Vec3> means;
+    for (const std::size_t id : open) {
+      const std::size_t level = id / ball.vertexCount;
+      Vec3 sum = Vec3::Zero();
+      int known = 0;
+      for (const std::int32_t other : around[id % ball.vertexCount]) {
+        const Vec3& node = nodes[ball.nodeId(level, static_cast<std::size_t>(other))];
+        if (!node.allFinite()) continue;
+        sum += node;
+        ++known;
+      }
+      means.push_back(known > 0 ? Vec3(sum / known) : nodes[id]);
+      if (known == 0) still.push_back(id);
+    }
+    for (std::size_t i = 0; i < open.size(); ++i) nodes[open[i]] = means[i];
+    open = std::move(still);
+  }
+  return count;
+}
+
+// The maps are one to one; straight cells between their nodes need not be.
+void mend(const Foliation& ball, double unit, std::vector<Vec3>& nodes, MorphReport::End& end,
+          Context& context) {
+  constexpr int kRings[] = {1, 2, 4};
+  end.cells = countCells(ball, nodes);
+  end.invertedBefore = end.cells.bad();
+  if (end.invertedBefore == 0) return;
+  Foliation solid = ball;
+  for (std::size_t id = 0; id < nodes.size(); ++id) solid.nodes[id] = nodes[id] / unit;
+  std::vector<char> moved(nodes.size(), 0);
+  for (const int rings : kRings) {
+    for (const std::size_t id : untangle(solid, rings, context).movedNodes) {
+      nodes[id] = unit * solid.nodes[id];
+      moved[id] = 1;
+    }
+    end.cells = countCells(ball, nodes);
+    if (end.cells.bad() == 0) break;
+  }
+  end.moved = static_cast<std::size_t>(std::count(moved.begin(), moved.end(), 1));
+}
+
+}  // namespace
+
+void MorphOptions::validate() const {
+  if (!(surfaceTolerance > 0) || !std::isfinite(surfaceTolerance))
+    throw Error(Errc::usage, "MorphOptions: surfaceTolerance must be a positive length");
+  if (!(innermost > 0 && innermost < 0.25))
+    throw Error(Errc::usage, "MorphOptions: innermost must lie in (0, 0.25)");
+  if (!(largestStep > 0 && largestStep < 0.5))
+    throw Error(Errc::usage, "MorphOptions: largestStep must lie in (0, 0.5)");
+  if (!(largestAngle > 0)) throw Error(Errc::usage, "MorphOptions: largestAngle must be positive");
+}
+
+MorphComplex::MorphComplex(std::vector<MorphShape> shapes, const MorphOptions& options, Context& context) {
+  options.validate();
+  if (shapes.empty()) throw Error(Errc::usage, "a morph needs a shape");
+  const auto start = std::chrono::steady_clock::now();
+  auto data = std::make_shared<Data>();
+  data->shapes = std::move(shapes);
+  std::vector<detail::CommonBoundary> boundaries;
+  for (const MorphShape& shape : data->shapes) boundaries.emplace_back(shape);
+  context.progress("triangulating the common sphere", 0);
+  const detail::CommonSphere sphere = detail::commonSphere(boundaries, data->shapes, options, context);
+  data->ball = complexOf(sphere.mesh, commonLevels(data->shapes, options));
+  data->report.rounds = sphere.rounds;
+  const Foliation& ball = data->ball;
+
+  for (std::size_t s = 0; s < data->shapes.size(); ++s) {
+    context.throwIfCancelled();
+    context.progress("inverting the maps", static_cast<double>(s) / static_cast<double>(data->shapes.size()));
+    const MorphShape& shape = data->shapes[s];
+    MorphReport::End end{.surfaceMax = sphere.worst[s], .surfaceRms = sphere.rms[s]};
+    std::vector<Vec3> nodes(ball.vertexCount);
+    boundaries[s].at(sphere.mesh.vertices, nodes);
+    const std::vector<Vec3> inner = innerNodes(ball, shape.map, shape.motion.get());
+    nodes.insert(nodes.end(), inner.begin(), inner.end());
+    end.unanswered = fillGaps(ball, nodes);
+    if (static_cast<double>(end.unanswered) > kMostUnanswered * static_cast<double>(nodes.size())) {
+      throw Error(Errc::notConverged, "the map of shape " + std::to_string(s + 1) + " has no inverse at " +
+                                          std::to_string(end.unanswered) + " of " +
+                                          std::to_string(nodes.size()) +
+                                          " nodes; map it from a finer or smoother mesh");
+    }
+    mend(ball, frameOf(shape.map).unit, nodes, end, context);
+    for (Vec3& node : nodes) node = shape.rotation.transpose() * node;
+    if (end.surfaceMax > options.surfaceTolerance) {
+      context.log(LogLevel::warning,
+                  "the common triangles miss the surface of shape " + std::to_string(s + 1) + " by up to " +
+                      std::to_string(end.surfaceMax) + "; it has finer creases than they can follow");
+    }
+    data->nodes.push_back(std::move(nodes));
+    data->centers.push_back(frameOf(shape.map).origin);
+    data->report.ends.push_back(std::move(end));
+  }
+  data->report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  data_ = std::move(data);
+}
+
+std::vector<Vec3> MorphComplex::nodesIn(const BallMap& map, const VolumeMap* motion) const {
+  const Foliation& ball = data_->ball;
+  const MorphShape shape{map, std::shared_ptr<const VolumeMap>(std::shared_ptr<void>(), motion), {}};
+  std::vector<Vec3> nodes(ball.vertexCount);
+  detail::CommonBoundary(shape).at(std::span(ball.nodes).first(ball.vertexCount), nodes);
+  const std::vector<Vec3> inner = innerNodes(ball, map, motion);
+  nodes.insert(nodes.end(), inner.begin(), inner.end());
+  fillGaps(ball, nodes);
+  for (Vec3& node : nodes) node += frameOf(map).origin;
+  return nodes;
+}
+
+}  // namespace polestar
