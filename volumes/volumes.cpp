@@ -50,6 +50,8 @@ std::vector<Volume> shippedVolumes() {
       {"half_ball.ply", "upper half of the unit ball", Vec3(0, 0, 0.4), [] { return rounded(halfBall(20)); }},
       {"head.ply", "stylized head: blended ellipsoids and cones; looks along -y, crown along +z", origin,
        [] { return stylizedHead(32); }},
+      {"pig.ply", "coin box: a pig on four short legs; looks along -y, up is +z", origin,
+       [] { return coinPig(32); }},
       {"smooth_star.ply", "three lobes up, three down: radius 1 + 0.3 Y", origin,
        [] { return rounded(smoothStar(4)); }},
       {"star_polyhedron.obj", "small stellated dodecahedron", origin, [] { return starPolyhedron(8); }},

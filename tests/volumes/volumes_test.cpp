@@ -193,6 +193,26 @@ TEST(Bodies, HeadIsSymmetricAndLooksForward) {
   EXPECT_GT(box.extent()[2], 2);
 }
 
+// Seen from afar: four feet on the floor, a snout in front in the middle, ears on top, one pig in two halves.
+TEST(Bodies, PigStandsOnFourFeetAndLooksForward) {
+  const TriMesh pig = coinPig(16);
+  const Box box = boundingBox(pig);
+  EXPECT_NEAR(box.min[0], -box.max[0], 0.02);
+  EXPECT_GT(box.extent()[1], 1.3 * box.extent()[0]);
+  std::map<std::pair<bool, bool>, int> feet;
+  for (const Vec3& v : pig.vertices) {
+    if (v[2] < box.min[2] + 0.02) ++feet[{v[0] > 0, v[1] > 0}];
+    if (v[1] < box.min[1] + 0.02) {
+      EXPECT_LT(std::hypot(v[0], v[2] - 0.1), 0.3) << "of the snout";
+    }
+    if (v[2] > box.max[2] - 0.02) {
+      EXPECT_GT(std::abs(v[0]), 0.3) << "of an ear";
+    }
+  }
+  EXPECT_EQ(feet.size(), 4u);
+  for (const Vec3& v : pig.vertices) EXPECT_GT(v.norm(), 0.5);
+}
+
 // The sample is what the texture of that name is now.
 TEST(SampleTexture, IsWhatTheProgramMakes) {
   const SampledGrids shipped(kFolder / kSampleTexture);

@@ -150,6 +150,69 @@ double headDensity(const Vec3& point) {
   return 1 + 5 * face + 2 * ear + foot;
 }
 
+// ---- The pig
+// ------------------------------------------------------------------------------------------------------
+
+/// A flap that tapers from the origin to `tip`: half-width `wide` along `across` and `thick` across the flap,
+/// both at the origin, and ends a third as far behind it. Convex.
+double flap(const Vec3& p, const Vec3& tip, const Vec3& across, double wide, double thick) {
+  constexpr double kRound = 0.12;  // of the tip and the rim, shares of the flap's length and width
+  const Vec3 axis = tip.normalized(), side = (across - across.dot(axis) * axis).normalized();
+  const Vec3 q(p.dot(side) / wide, p.dot(axis.cross(side)) / thick, kRound);
+  const double along = p.dot(axis) / tip.norm();
+  return thick * (q.norm() + std::max(along, -3 * along) - 1);
+}
+
+/// Right half and, by |x|, left half; f = -y reads forward, as of the head. Every part but the eyes, dents
+/// and slots holds the origin and is convex, so that from there all of the pig is seen.
+double pigSolid(const Vec3& point) {
+  const Vec3 p(std::abs(point[0]), -point[1], point[2]), o(0, 0, 0);
+  double d = ellipsoid(p, {0, -0.08, 0.02}, {0.68, 0.82, 0.65});                  // belly
+  d = blend(d, cone(p, {0, 0.05, 0.05}, {0, 0.70, 0.20}, 0.42, 0.39), 0.22);      // head
+  d = blend(d, cone(p, o, {0, 1.10, 0.10}, 0.10, 0.23), 0.12);                    // snout
+  d = carve(d, 1.15 - p[1], 0.05);                                                // its disk
+  d = carve(d, ellipsoid(p, {0.085, 1.18, 0.105}, {0.045, 0.08, 0.07}), 0.03);    // nostril
+  d = blend(d, flap(p, {0.50, 0.62, 0.82}, {1, -0.2, -0.45}, 0.56, 0.20), 0.07);  // ear
+  d = blend(d, cone(p, o, {0.33, 0.36, -0.74}, 0.20, 0.17), 0.10);                // front leg
+  d = blend(d, cone(p, o, {0.33, -0.42, -0.74}, 0.20, 0.17), 0.10);               // hind leg
+  d = carve(d, p[2] + 0.78, 0.05);                                                // soles
+  d = blend(d, ellipsoid(p, {0.185, 0.965, 0.365}, {0.07, 0.07, 0.08}), 0.02);    // eye
+  return carve(d, ellipsoid(p, {0, -0.12, 0.71}, {0.04, 0.25, 0.12}), 0.02);      // slot for coins
+}
+
+/// A spiral of a little over one turn on the rump, in the plane x, z: how near `p` is to its middle, 1 on it.
+double pigTail(const Vec3& p) {
+  constexpr int kSteps = 60;
+  constexpr double kTurns = 1.3, kInner = 0.03, kOuter = 0.17, kWidth = 0.045;
+  if (p[1] < 0.4) return 0;
+  const Eigen::Vector2d q(p[0], p[2] - 0.2);
+  double nearest = kWidth;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double t = static_cast<double>(i) / kSteps, angle = 2 * std::numbers::pi * kTurns * t;
+    const double r = std::lerp(kInner, kOuter, t);
+    nearest = std::min(nearest, (q - Eigen::Vector2d(r * std::cos(angle), r * std::sin(angle))).norm());
+  }
+  const double x = 1 - (nearest / kWidth) * (nearest / kWidth);
+  return x * std::sqrt(x);
+}
+
+double pigRadius(const Vec3& direction) {
+  const double r = exitDistance(pigSolid, direction);
+  return r + 0.05 * pigTail(r * direction);
+}
+
+/// Where the pig has its fine features.
+double pigDensity(const Vec3& point) {
+  const Vec3 p(std::abs(point[0]), -point[1], point[2]);
+  const double face = smoothStep(0.8, 1.0, p[1]);
+  const double ear = smoothStep(0.55, 0.75, p[2]) * smoothStep(0.1, 0.3, p[1]);
+  const double foot = smoothStep(-0.5, -0.7, p[2]);
+  const double slot =
+      smoothStep(0.5, 0.6, p[2]) * smoothStep(0.15, 0.05, p[0]) * smoothStep(0.4, 0.25, p[1] + 0.1);
+  const double tail = smoothStep(0.35, 0.2, (p - Vec3(0, -0.9, 0.2)).norm());
+  return 1 + 4 * face + 2 * ear + 2 * foot + 6 * slot + 7 * tail;
+}
+
 /// Decimals that survive the last bits of any compiler's arithmetic.
 TriMesh rounded(TriMesh mesh) {
   for (Vec3& v : mesh.vertices) v = (1e6 * v).array().round() / 1e6 + 0.0;
@@ -290,5 +353,7 @@ TriMesh stylizedHead(int frequency) {
   return rounded(relaxedRadialShape(
       frequency, [](const Vec3& w) { return exitDistance(headSolid, w); }, headDensity));
 }
+
+TriMesh coinPig(int frequency) { return rounded(relaxedRadialShape(frequency, pigRadius, pigDensity)); }
 
 }  // namespace polestar

@@ -37,4 +37,8 @@ TriMesh asteroid(int frequency, std::uint32_t seed = 1);
 /// about 2.3.
 TriMesh stylizedHead(int frequency);
 
+/// A pig-shaped coin box after the one in [Xia 2010, fig. 4]: a round body on four short legs, a snout, two
+/// ears, the curl of a tail and a slot for coins. Looks along -y, up is +z, length about 2.1.
+TriMesh coinPig(int frequency);
+
 }  // namespace polestar
