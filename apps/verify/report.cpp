@@ -70,7 +70,7 @@ nlohmann::ordered_json toJson(const Report& report) {
   json["reason"] = failure ? nlohmann::ordered_json(failure->name) : nullptr;
   json["checks"] = checks;
   json["facts"] = facts;
-  json["not_judged"] = report.notJudged.empty() ? nlohmann::ordered_json() : report.notJudged;
+  json["not_judged"] = report.notJudged.empty() ? nullptr : nlohmann::ordered_json(report.notJudged);
   return json;
 }
 
