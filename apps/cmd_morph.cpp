@@ -144,6 +144,9 @@ class MorphCommand final : public Command {
                                    counted(shapes_.size(), "shape", "shapes") +
                                    ": give one, or one for each");
     }
+    for (const std::string& name : textures_) {
+      if (textureKindOf(name) == TextureKind::procedural) makeTexture(name);  // is there one of that name?
+    }
     jobs_ = planFrames(shapes_.front(), output, frames_);
     shotJobs_ = shot_ ? planFrames(shapes_.front(), output, shot_) : jobs_;
     for (const FrameJob& job : jobs_) {
@@ -215,6 +218,12 @@ class MorphCommand final : public Command {
     return box;
   }
 
+  Json toMendingJson(const Mending& mending) const {
+    return {{"bad_before", mending.badBefore},
+            {"nodes", mending.moved},
+            {"largest_move_voxels", mending.largestMove / options_.grids.voxelSize}};
+  }
+
   // --- what all frames share -----------------------------------------------------------------------------
 
   void describeComplex(const MorphComplex& complex, Session& session) const {
@@ -229,13 +238,13 @@ class MorphCommand final : public Command {
                       {"surface_max", end.surfaceMax},
                       {"surface_rms", end.surfaceRms},
                       {"unanswered", end.unanswered},
-                      {"inverted_before", end.invertedBefore},
-                      {"moved", end.moved},
-                      {"bad_cells", end.cells.bad()}});
-      rows.push_back({shapes_[s].filename().string(),
-                      "surface met within " + shortNumber(end.surfaceMax / options_.grids.voxelSize) +
-                          " voxels; " + counted(end.cells.bad(), "bad cell", "bad cells") +
-                          (end.moved > 0 ? ", " + counted(end.moved, "node", "nodes") + " moved" : "")});
+                      {"bad_cells", end.mending.badAfter},
+                      {"mended", toMendingJson(end.mending)}});
+      rows.push_back(
+          {shapes_[s].filename().string(),
+           "surface met within " + shortNumber(end.surfaceMax / options_.grids.voxelSize) + " voxels; " +
+               counted(end.mending.badAfter, "bad cell", "bad cells") +
+               (end.mending.moved > 0 ? ", " + counted(end.mending.moved, "node", "nodes") + " moved" : "")});
     }
     session.json()["voxel_size"] = options_.grids.voxelSize;
     session.json()["complex"] = {{"vertices", ball.vertexCount},      {"triangles", ball.triangles.size()},
@@ -305,8 +314,9 @@ class MorphCommand final : public Command {
       session.context().progress(
           std::string("trying ") + toString(path.kind()) + " paths",
           static_cast<double>(&job - shotJobs_.data()) / static_cast<double>(shotJobs_.size()));
-      const FrameProof proof =
-          proveFrame(path.complex(), path.pose(timeline_->weights(job.frame.value_or(0))));
+      MorphPose pose = path.pose(timeline_->weights(job.frame.value_or(0)));
+      mendCells(path.complex().ball(), pose.nodes, session.context());
+      const FrameProof proof = proveFrame(path.complex(), pose);
       judged.failed += !proof.holds();
       judged.bad += proof.cells.bad();
     }
@@ -322,10 +332,13 @@ class MorphCommand final : public Command {
     std::future<void> writing;  // one frame, while the next is made
     for (std::size_t i = 0; i < jobs_.size(); ++i) {
       const FrameProgress progress(session.context(), i, jobs_.size());
-      const MorphFrame frame = path.frame(*timeline_, jobs_[i].frame.value_or(0), fps_);
+      const MorphFrame frame = session.timed("pose", [&] {
+        return path.frame(*timeline_, jobs_[i].frame.value_or(0), fps_, session.context());
+      });
       Json report{{"frame", jobs_[i].frame ? Json(*jobs_[i].frame) : Json()}, {"weights", frame.weights}};
       const FrameProof proof = session.timed("prove", [&] { return proveFrame(path.complex(), frame.pose); });
       describeProof(proof, report);
+      report["mended"] = toMendingJson(frame.mending);
       std::string fault = proof.fault();
       if (!fault.empty() && !keepFailed_) refuse(i, fault, report, session);
       SolidGrids grids = session.timed("grids", [&] { return makeGrids(path, frame, textures, session); });

@@ -113,6 +113,18 @@ figures() {
   draw "$folder/maps/ball.pmap" "$folder/figure-2f.png" --texture kiwi --view=-0.55,0.8,-0.35 --cut x --cut -y --cut z
   sheet "$folder/pipeline.jpg" 640x480 3 "$folder"/figure-2{a,b,c,d,e,f}.png
 
+  # Figure 6: the star turns into the head, and what is inside goes along.
+  local row
+  for row in soccer watermelon; do
+    "$polestar" morph "$folder/maps/smooth_star.pmap" "$folder/maps/head.pmap" --frames 1-5 --dim 224 --texture "$row" \
+      -o "$folder/figure-6-$row-####.vdb" --half --overwrite -q >/dev/null
+    view=(--cut none)
+    [[ $row == soccer ]] || view=(--cut 1,0,0,0 --cut 0,-0.15,1,0 --cut 0,-1,0,-0.4)
+    "$polestar" render "$folder/figure-6-$row-####.vdb" -o "$folder/figure-6-$row-####.png" --frames 1-5 --size "$size" \
+      --samples "$samples" --view=-0.55,0.8,-0.35 --overwrite -q "${view[@]}" >/dev/null
+  done
+  sheet "$folder/morph.jpg" 384x288 5 "$folder"/figure-6-soccer-000{1,2,3,4,5}.png "$folder"/figure-6-watermelon-000{1,2,3,4,5}.png
+
   # Figure 7: a texture that was made in one body, a .vdb, goes into others.
   local texture=$folder/kiwi-in-fruit.vdb shape
   map_shape fruit
@@ -131,7 +143,7 @@ figures() {
 for shape in "${shapes[@]}"; do map_shape "$shape"; done
 gallery "$folder/gallery.jpg" "${shapes[@]}"
 figures
-sheets=(gallery field pipeline transfer)
+sheets=(gallery field pipeline morph transfer)
 if [[ -r $meshes/bennu.ply ]]; then
   for shape in "${bodies[@]}"; do map_shape "$shape"; done
   gallery "$folder/gallery-bodies.jpg" "${bodies[@]}"

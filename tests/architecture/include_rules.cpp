@@ -26,6 +26,7 @@ const std::map<std::string, std::vector<std::string>>& arrows() {
       {"vdb", {"mesh"}},
       {"io", {"vdb"}},
       {"texture", {"map", "vdb", "io"}},
+      {"morph", {"certify", "texture"}},
       {"render", {"texture"}},
   };
   return table;

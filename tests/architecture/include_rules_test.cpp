@@ -31,6 +31,7 @@ TEST(IncludeRules, ArrowsOfTheTableAreAllowedAlsoThroughOthers) {
   EXPECT_THAT(check("lib/polestar/map/a.cpp", "polestar/core/types.h"), IsEmpty());
   EXPECT_THAT(check("lib/polestar/polycube/a.cpp", "polestar/mesh/tri_mesh.h"), IsEmpty());
   EXPECT_THAT(check("lib/polestar/render/a.cpp", "polestar/vdb/solid_grids.h"), IsEmpty());
+  EXPECT_THAT(check("lib/polestar/morph/a.cpp", "polestar/vdb/solid_grids.h"), IsEmpty());
   EXPECT_THAT(check("lib/polestar/green/a.cpp", "polestar/core/detail/parallel.h"), IsEmpty());
   EXPECT_THAT(check("lib/polestar/green/a.cpp", "polestar/green/detail/layer.h"), IsEmpty());
   EXPECT_THAT(check("lib/polestar/vdb/a.cpp", "openvdb/openvdb.h"), IsEmpty());
@@ -51,6 +52,8 @@ TEST(IncludeRules, ArrowsAgainstTheDirectionAreFound) {
               ElementsAre(HasSubstr("polycube may not use green")));
   EXPECT_THAT(check("lib/polestar/vdb/a.cpp", "polestar/map/ball_map.h"),
               ElementsAre(HasSubstr("vdb may not use map")));
+  EXPECT_THAT(check("lib/polestar/render/a.cpp", "polestar/morph/morph_path.h"),
+              ElementsAre(HasSubstr("render may not use morph")));
   EXPECT_THAT(check("lib/polestar/map/a.cpp", "polestar/pipeline.h"),
               ElementsAre(HasSubstr("above all stages")));
 }

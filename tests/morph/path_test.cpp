@@ -38,7 +38,7 @@ TEST(MorphPath, NodesAreTheInversesOfTheMaps) {
   const MorphComplex& complex = between();
   EXPECT_EQ(complex.report().ends[0].unanswered, 0U);
   for (std::size_t s = 0; s < 2; ++s) {
-    if (complex.report().ends[s].moved > 0) continue;
+    if (complex.report().ends[s].mending.moved > 0) continue;
     std::vector<Vec3> solid, ball(complex.ball().nodes.size());
     for (const Vec3& node : complex.nodes(s)) solid.push_back(complex.center(s) + node);
     complex.shape(s).map.forward(solid, ball);
@@ -170,7 +170,7 @@ TEST(MorphPath, RealBodiesMeetBothEnds) {
   const MorphComplex complex({{castalia, nullptr}, {yorp, nullptr}}, {.surfaceTolerance = length / 128 / 4});
   for (const MorphReport::End& end : complex.report().ends) {
     EXPECT_LT(end.surfaceMax, 0.5 * length / 128);
-    EXPECT_EQ(end.cells.bad(), 0U);
+    EXPECT_EQ(end.mending.badAfter, 0U);
   }
 }
 

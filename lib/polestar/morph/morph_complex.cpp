@@ -5,7 +5,6 @@
 #include <cmath>
 #include <string>
 
-#include "polestar/chart/untangle.h"
 #include "polestar/core/detail/edge_table.h"
 #include "polestar/core/error.h"
 #include "polestar/morph/detail/common_sphere.h"
@@ -93,27 +92,6 @@ std::size_t fillGaps(const Foliation& ball, std::vector<Vec3>& nodes) {
   return count;
 }
 
-// The maps are one to one; straight cells between their nodes need not be.
-void mend(const Foliation& ball, double unit, std::vector<Vec3>& nodes, MorphReport::End& end,
-          Context& context) {
-  constexpr int kRings[] = {1, 2, 4};
-  end.cells = countCells(ball, nodes);
-  end.invertedBefore = end.cells.bad();
-  if (end.invertedBefore == 0) return;
-  Foliation solid = ball;
-  for (std::size_t id = 0; id < nodes.size(); ++id) solid.nodes[id] = nodes[id] / unit;
-  std::vector<char> moved(nodes.size(), 0);
-  for (const int rings : kRings) {
-    for (const std::size_t id : untangle(solid, rings, context).movedNodes) {
-      nodes[id] = unit * solid.nodes[id];
-      moved[id] = 1;
-    }
-    end.cells = countCells(ball, nodes);
-    if (end.cells.bad() == 0) break;
-  }
-  end.moved = static_cast<std::size_t>(std::count(moved.begin(), moved.end(), 1));
-}
-
 }  // namespace
 
 void MorphOptions::validate() const {
@@ -156,7 +134,7 @@ MorphComplex::MorphComplex(std::vector<MorphShape> shapes, const MorphOptions& o
                                           std::to_string(nodes.size()) +
                                           " nodes; map it from a finer or smoother mesh");
     }
-    mend(ball, frameOf(shape.map).unit, nodes, end, context);
+    end.mending = mendCells(ball, nodes, context);
     for (Vec3& node : nodes) node = shape.rotation.transpose() * node;
     if (end.surfaceMax > options.surfaceTolerance) {
       context.log(LogLevel::warning,
@@ -173,7 +151,7 @@ MorphComplex::MorphComplex(std::vector<MorphShape> shapes, const MorphOptions& o
 
 std::vector<Vec3> MorphComplex::nodesIn(const BallMap& map, const VolumeMap* motion) const {
   const Foliation& ball = data_->ball;
-  const MorphShape shape{map, std::shared_ptr<const VolumeMap>(std::shared_ptr<void>(), motion), {}};
+  const MorphShape shape{map, std::shared_ptr<const VolumeMap>(std::shared_ptr<void>(), motion)};
   std::vector<Vec3> nodes(ball.vertexCount);
   detail::CommonBoundary(shape).at(std::span(ball.nodes).first(ball.vertexCount), nodes);
   const std::vector<Vec3> inner = innerNodes(ball, map, motion);

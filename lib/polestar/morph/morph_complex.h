@@ -17,6 +17,7 @@
 #include "polestar/chart/foliation.h"
 #include "polestar/map/ball_map.h"
 #include "polestar/mesh/tri_mesh.h"
+#include "polestar/morph/mend_cells.h"
 
 namespace polestar {
 
@@ -47,10 +48,8 @@ struct MorphOptions {
 struct MorphReport {
   struct End {
     double surfaceMax = 0, surfaceRms = 0;  ///< of the surface, off the common triangles; mesh units
-    std::size_t unanswered = 0;      ///< nodes that the inverse map had no answer for: neighbours' mean
-    std::size_t invertedBefore = 0;  ///< cells, before nodes were moved
-    std::size_t moved = 0;           ///< nodes that were moved to mend them
-    CellCounts cells = {};           ///< as it is
+    std::size_t unanswered = 0;  ///< nodes that the inverse map had no answer for: neighbours' mean
+    Mending mending = {};        ///< of cells that straight edges turned over
   };
   std::vector<End> ends;  ///< one a shape
   int rounds = 0;         ///< of refinement

@@ -121,11 +121,13 @@ MorphPose MorphPath::pose(std::span<const double> weights) const {
   return pose;
 }
 
-MorphFrame MorphPath::frame(const MorphTimeline& timeline, double frame, double framesPerSecond) const {
+MorphFrame MorphPath::frame(const MorphTimeline& timeline, double frame, double framesPerSecond,
+                            const Context& context) const {
   constexpr double kStep = 1e-3;  // of a frame
   MorphFrame result;
   result.weights = timeline.weights(frame);
   result.pose = pose(result.weights);
+  result.mending = mendCells(data_->complex.ball(), result.pose.nodes, context);
   result.velocity.assign(result.pose.nodes.size(), Vec3::Zero());
   const std::vector<double> rates = timeline.rates(frame);
   std::vector<double> before = result.weights, after = result.weights;

@@ -32,6 +32,7 @@ struct MorphPose {
 struct MorphFrame {
   std::vector<double> weights;
   MorphPose pose;
+  Mending mending;                     ///< of the pose
   Vec3 centerVelocity = Vec3::Zero();  ///< mesh units a second
   std::vector<Vec3> velocity;          ///< of the nodes: dx/dt where the ball coordinates stay
 };
@@ -47,9 +48,12 @@ class MorphPath {
   /// One weight a shape. Straight: some ns a node and shape; radial: a look-up in the surface of every shape
   /// that has a weight, about 0.5 us.
   MorphPose pose(std::span<const double> weights) const;
-  /// The pose at a frame and its derivative, by symmetric differences of a thousandth of a frame: to 1e-6 of
-  /// the velocity. Where weights turn from one passage into the next, the mean of both sides.
-  MorphFrame frame(const MorphTimeline& timeline, double frame, double framesPerSecond) const;
+  /// The pose with its cells mended where few are inverted, and its derivative (of the pose as it was), by
+  /// symmetric differences of a thousandth of a frame: to 1e-6 of the velocity. Where weights turn from one
+  /// passage into the next, the mean of both sides.
+  /// @throws Error{Errc::cancelled}
+  MorphFrame frame(const MorphTimeline& timeline, double frame, double framesPerSecond,
+                   const Context& context = Context::quiet()) const;
 
  private:
   struct Data;
