@@ -102,14 +102,16 @@ TEST(FitPolycube, FindsPolycubesAgain) {
 
 TEST(FitPolycube, FindsTheLatticeOfTurnedPolycubes) {
   const Polycube polycube = testing::randomPolycube({{-3, -1, -1}, {2, 1, 2}}, 30, 9);
-  for (const double degrees : {20.0, 44.0, 100.0}) {
+  std::vector<std::array<long, 3>> middles;
+  for (const Cell& cell : polycube.cells()) middles.push_back({cell[0], cell[1], cell[2]});
+  for (const double degrees : {20.0, 100.0}) {
     SCOPED_TRACE(degrees);
     const Mat3 axes = turn(degrees, {1, -2, 0.5});
     const StarShape shape = starShape(moved(polycube.surface(2), axes, 1, {0, 0, 0}), Vec3::Zero());
     const PolycubeFit fit = fitPolycube(shape, {.cells = polycube.longestSide()});
     EXPECT_LT(angleBetweenLattices(fit.axes, axes), 1);
     EXPECT_GT(fit.overlap, 0.97);
-    EXPECT_EQ(placedMiddles(fit, axes).size(), polycube.cells().size());
+    EXPECT_EQ(placedMiddles(fit, axes), middles);
 
     const PolycubeFit placed = placePolycube(shape, polycube);
     EXPECT_GT(placed.overlap, 0.97);
@@ -120,11 +122,12 @@ TEST(FitPolycube, FindsTheLatticeOfTurnedPolycubes) {
 }
 
 TEST(FitPolycube, ATurnedSolidGetsTheTurnedPolycube) {
-  const TriMesh brick = transformed(
-      cube(6), [](const Vec3& v) { return Vec3(2.5 * v[0], 1.5 * v[1] * (v[0] > 0 ? 1 : 0.6), v[2]); });
+  // All faces along the axes: no other lattice comes near.
+  const TriMesh brick =
+      transformed(cube(6), [](const Vec3& v) { return Vec3(2.5 * v[0], 1.4 * v[1], v[2]); });
   const PolycubeFit straight = fitPolycube(starShape(brick, Vec3(0.1, 0, 0)), {.cells = 9});
   EXPECT_EQ(straight.axes, Mat3(Mat3::Identity()));
-  for (const Mat3& rotation : {turn(30, {1, 1, 0.2}), turn(77, {0, -1, 3})}) {
+  for (const Mat3& rotation : {turn(30, {1, 1, 0.2})}) {
     const PolycubeFit turned = fitPolycube(
         starShape(moved(brick, rotation, 1, {0, 0, 0}), rotation * Vec3(0.1, 0, 0)), {.cells = 9});
     EXPECT_LT(angleBetweenLattices(turned.axes, rotation), 1);
@@ -203,7 +206,7 @@ TEST(FitPolycubeToRealModels, OverlapsWell) {
   POLESTAR_REQUIRE_MESHES();
   for (const std::string& name :
        testing::chosenModels({"castalia.obj", "max_smooth100.off", "cat_head_capped.ply"},
-                             {"bennu.ply", "toutatis.obj", "golevka.stl"})) {
+                             {"bennu.ply", "phobos.off", "golevka.stl"})) {
     SCOPED_TRACE(name);
     const PolycubeFit fit =
         fitPolycube(testing::starShapeFromFile(*testing::meshFolder() / name), {.cells = 16});

@@ -16,11 +16,11 @@ namespace {
 using namespace detail;
 
 constexpr int kMostCells = Polycube::kLargestIndex;
-constexpr int kSearchCells = 8;      // enough to see how a solid lies, and fast
+constexpr int kSearchCells = 8;      // enough to see how a solid lies
 constexpr int kColumnsPerCell = 4;   // along a side
 constexpr int kFewestColumns = 64;   // along a side, for what is told
-constexpr int kSearchColumns = 32;   // of a given polycube in search of axes
-constexpr double kClearGain = 0.02;  // of overlap, for other axes than the mesh's
+constexpr int kSearchColumns = 24;   // in search of axes: shapes are compared, not told
+constexpr double kClearGain = 0.01;  // of overlap, for other axes than the mesh's
 
 int columnsFor(int cells) { return std::max(kFewestColumns, kColumnsPerCell * cells); }
 
@@ -41,13 +41,21 @@ struct Solid {
   ReachTable table;
 };
 
-Mat3 searchedAxes(const Solid& solid, const PolycubeOptions& options, const Context& context) {
+/// How a solid lies shows on few cells; which of the best positions suits all of them, and how exactly, is
+/// then asked of these.
+Mat3 searchedAxes(const Solid& solid, const PolycubeOptions& options, const LatticeFitter& fitter,
+                  const Context& context) {
   const int cells = std::min(options.cells, kSearchCells);
   const LatticeFitter coarse(cells, std::max(kSearchColumns, kColumnsPerCell * cells));
-  const auto score = [&](const Mat3& axes) {
-    return coarse.overlap(columnLengths(coarse.rule(), solid.table, axes));
+  const auto overlapOn = [&](const LatticeFitter& lattice) {
+    return
+        [&](const Mat3& axes) { return lattice.overlap(columnLengths(lattice.rule(), solid.table, axes)); };
   };
-  return nearestToIdentity(bestAxes(candidateAxes(solid.shape, options.rotations), score, context));
+  const auto score = overlapOn(fitter);
+  const std::vector<Mat3> ends =
+      bestAxes(candidateAxes(solid.shape, options.rotations), overlapOn(coarse), context);
+  const Mat3 best = *std::ranges::max_element(ends, {}, score);
+  return nearestToIdentity(bestAxes({best}, score, context).front(), latticeSymmetries());
 }
 
 PolycubeFit placed(const StarShape& shape, Polycube polycube, const Mat3& axes, double cellSide,
@@ -83,18 +91,29 @@ std::optional<PolycubeFit> simpleFit(const Solid& solid, const Mat3& axes, int c
   return placed(solid.shape, polycubeOf(fit), axes, fit.cellSide, fit.overlap);
 }
 
-/// Every position of a polycube on a lattice, as rotations of the lattice's axes.
-std::vector<Mat3> distinctPositions(const Polycube& polycube) {
-  std::vector<Mat3> positions;
+std::vector<Cell> turnedCells(const Polycube& polycube, const Mat3& symmetry) {
+  std::vector<Cell> cells;
+  for (const Cell& cell : polycube.cells()) {
+    const Vec3 moved = symmetry * Vec3(cell[0], cell[1], cell[2]);
+    cells.push_back({static_cast<int>(moved[0]), static_cast<int>(moved[1]), static_cast<int>(moved[2])});
+  }
+  std::ranges::sort(cells);
+  return cells;
+}
+
+/// The 24 positions of a polycube on a lattice, by what they come to.
+struct Positions {
+  std::vector<Mat3> distinct;  ///< one of each kind
+  std::vector<Mat3> same;      ///< those that change nothing
+};
+
+Positions positionsOf(const Polycube& polycube) {
+  Positions positions;
   std::set<std::vector<Cell>> seen;
   for (const Mat3& symmetry : latticeSymmetries()) {
-    std::vector<Cell> cells;
-    for (const Cell& cell : polycube.cells()) {
-      const Vec3 moved = symmetry * Vec3(cell[0], cell[1], cell[2]);
-      cells.push_back({static_cast<int>(moved[0]), static_cast<int>(moved[1]), static_cast<int>(moved[2])});
-    }
-    std::ranges::sort(cells);
-    if (seen.insert(std::move(cells)).second) positions.push_back(symmetry);
+    std::vector<Cell> cells = turnedCells(polycube, symmetry);
+    if (std::ranges::equal(cells, polycube.cells())) positions.same.push_back(symmetry);
+    if (seen.insert(std::move(cells)).second) positions.distinct.push_back(symmetry);
   }
   return positions;
 }
@@ -114,14 +133,15 @@ PolycubeFit bestSize(const Solid& solid, const Polycube& polycube, const Mat3& a
 Mat3 searchedAxes(const Solid& solid, const Polycube& polycube, int rotations, const Context& context) {
   const ColumnRule rule(kSearchColumns);
   const std::vector<double> lengths = columnLengths(rule, polycube);
+  const auto score = [&](const Mat3& axes) {
+    return bestScale(columnLengths(rule, solid.table, axes), lengths).overlap;
+  };
+  const Positions positions = positionsOf(polycube);
   std::vector<Mat3> candidates;
-  for (const Mat3& position : distinctPositions(polycube)) {
+  for (const Mat3& position : positions.distinct) {
     for (const Mat3& axes : candidateAxes(solid.shape, rotations)) candidates.push_back(axes * position);
   }
-  return bestAxes(
-      candidates,
-      [&](const Mat3& axes) { return bestScale(columnLengths(rule, solid.table, axes), lengths).overlap; },
-      context);
+  return nearestToIdentity(bestAxes(candidates, score, context).front(), positions.same);
 }
 
 /// Of a fit along the mesh's axes and one along others.
@@ -154,7 +174,7 @@ PolycubeFit fitPolycube(const StarShape& shape, const PolycubeOptions& options, 
   const LatticeFitter fitter(options.cells, columnsFor(options.cells));
   PolycubeFit fit = closestFit(solid, options.rotation.value_or(Mat3::Identity()), fitter);
   if (!options.rotation)
-    fit = preferred(std::move(fit), closestFit(solid, searchedAxes(solid, options, context), fitter));
+    fit = preferred(std::move(fit), closestFit(solid, searchedAxes(solid, options, fitter, context), fitter));
   if (options.overlap) {
     std::vector<std::optional<PolycubeFit>> simple(static_cast<std::size_t>(options.cells));
     parallelChunks(simple.size(), 1, context, [&](std::size_t begin, std::size_t) {

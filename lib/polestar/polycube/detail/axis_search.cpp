@@ -72,17 +72,17 @@ std::vector<Mat3> spreadRotations(int count) {
   return rotations;
 }
 
-Mat3 nearestToIdentity(const Mat3& axes) {
+Mat3 nearestToIdentity(const Mat3& axes, const std::vector<Mat3>& symmetries) {
   Mat3 nearest = axes;
-  for (const Mat3& symmetry : latticeSymmetries()) {
+  for (const Mat3& symmetry : symmetries) {
     const Mat3 renamed = axes * symmetry;
     if (renamed.trace() > nearest.trace()) nearest = renamed;
   }
   return nearest;
 }
 
-Mat3 bestAxes(const std::vector<Mat3>& candidates, const std::function<double(const Mat3&)>& score,
-              const Context& context) {
+std::vector<Mat3> bestAxes(const std::vector<Mat3>& candidates,
+                           const std::function<double(const Mat3&)>& score, const Context& context) {
   constexpr std::size_t kClimbers = 4;
   constexpr double kFirstStep = 8 * kDegree, kLastStep = 0.5 * kDegree;  // 64 rotations are 20 degrees apart
   constexpr double kGain = 1e-5;                                         // of the score, less is noise
@@ -118,7 +118,10 @@ Mat3 bestAxes(const std::vector<Mat3>& candidates, const std::function<double(co
       trial += 6;
     }
   }
-  return std::ranges::max_element(climbers, {}, &Climber::score)->axes;
+  std::ranges::stable_sort(climbers, std::greater<>(), &Climber::score);
+  std::vector<Mat3> ends;
+  for (const Climber& climber : climbers) ends.push_back(climber.axes);
+  return ends;
 }
 
 }  // namespace polestar::detail

@@ -16,12 +16,13 @@ const std::vector<Mat3>& latticeSymmetries();
 /// that mean the same lattice that turns the least). Spirals on the 3-sphere. [Alexa 2022]
 std::vector<Mat3> spreadRotations(int count);
 
-/// The lattice of `axes`, named so that its axes are nearest to the identity.
-Mat3 nearestToIdentity(const Mat3& axes);
+/// Of `axes` after each of the symmetries, those that turn the least.
+Mat3 nearestToIdentity(const Mat3& axes, const std::vector<Mat3>& symmetries);
 
-/// Tries all `candidates`, then climbs from the best of them by small turns until half a degree changes
-/// nothing. Deterministic; parallel over rotations, so `score` must be thread-safe.
-Mat3 bestAxes(const std::vector<Mat3>& candidates, const std::function<double(const Mat3&)>& score,
-              const Context& context);
+/// Tries all `candidates`, then climbs from the four best of them by small turns until half a degree changes
+/// nothing: where these climbs end, the best one first. Deterministic; parallel over rotations, so `score`
+/// must be thread-safe.
+std::vector<Mat3> bestAxes(const std::vector<Mat3>& candidates,
+                           const std::function<double(const Mat3&)>& score, const Context& context);
 
 }  // namespace polestar::detail

@@ -1,7 +1,6 @@
 #include "polestar/polycube/detail/columns.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "polestar/core/error.h"
 #include "polestar/sphere/sphere_locator.h"
@@ -133,26 +132,28 @@ CellVolumes CellMeasure::volumes(const ColumnRule& rule, std::span<const double>
 }
 
 BestScale bestScale(std::span<const double> fixed, std::span<const double> scaled) {
-  std::vector<std::size_t> order(fixed.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::vector<double> ratio(fixed.size());
-  double shortFixed = 0, longFixed = 0;  // sums of cubes, where the scaled set reaches farther, and where not
-  double shortScaled = 0, longScaled = 0;  // of the other set likewise: "short" where it is the shorter one
-  for (std::size_t i = 0; i < ratio.size(); ++i) {
-    ratio[i] = fixed[i] / scaled[i];
-    longFixed += cubed(fixed[i]);
-    shortScaled += cubed(scaled[i]);
+  struct Column {
+    double ratio, fixed, scaled;  ///< of the lengths; their cubes
+  };
+  std::vector<Column> columns;
+  columns.reserve(fixed.size());
+  double shortFixed = 0, longFixed = 0;    // sums of cubes, where it is the shorter or the longer of the two
+  double shortScaled = 0, longScaled = 0;  // likewise; at scale 0 all of the scaled set is short
+  for (std::size_t i = 0; i < fixed.size(); ++i) {
+    columns.push_back({fixed[i] / scaled[i], cubed(fixed[i]), cubed(scaled[i])});
+    longFixed += columns.back().fixed;
+    shortScaled += columns.back().scaled;
   }
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return ratio[a] < ratio[b]; });
+  std::ranges::sort(columns, {}, &Column::ratio);
   BestScale best;
-  for (const std::size_t i : order) {
-    const double cube = cubed(ratio[i]);
+  for (const Column& column : columns) {
+    const double cube = cubed(column.ratio);
     const double overlap = (shortFixed + cube * shortScaled) / (longFixed + cube * longScaled);
-    if (overlap > best.overlap) best = {ratio[i], overlap};
-    shortFixed += cubed(fixed[i]);
-    longFixed -= cubed(fixed[i]);
-    longScaled += cubed(scaled[i]);
-    shortScaled -= cubed(scaled[i]);
+    if (overlap > best.overlap) best = {column.ratio, overlap};
+    shortFixed += column.fixed;
+    longFixed -= column.fixed;
+    longScaled += column.scaled;
+    shortScaled -= column.scaled;
   }
   return best;
 }
