@@ -14,6 +14,7 @@
 #include "polestar/core/error.h"
 #include "polestar/core/version.h"
 #include "polestar/io/display_view.h"
+#include "polestar/render/iso_objects.h"
 #include "polestar/render/render_fog.h"
 #include "polestar/render/render_solid.h"
 
@@ -55,6 +56,7 @@ class RenderCommand final : public Command {
         ->type_name("");
     addLookOptions(app);
     addSceneOptions(app);
+    addFoliationOptions(app);
     addFogOptions(app);
     addPictureOptions(app);
   }
@@ -76,10 +78,11 @@ class RenderCommand final : public Command {
 
  private:
   void addLookOptions(CLI::App& app) {
-    app.add_option("--texture", look_.texture,
-                   "A solid texture by name (see polestar transfer --list), or coordinates: panels of a "
-                   "soccer ball times "
-                   "bands of radius. Default: the colors Cd or color of a .vdb, else coordinates")
+    app.add_option(
+           "--texture", look_.texture,
+           "A solid texture by name (see polestar transfer --list); coordinates: panels of a soccer ball "
+           "times bands of radius; or plain. Default: plain with shells and field lines, else the "
+           "colors Cd or color of a .vdb, else coordinates")
         ->type_name("NAME");
     app.add_option("--set", settings_, "A parameter of the texture")
         ->type_name("NAME=VALUE")
@@ -121,6 +124,23 @@ class RenderCommand final : public Command {
         ->type_name("S");
     app.add_flag("--flat", flat_, "Plain colors without light");
   }
+
+  void addFoliationOptions(CLI::App& app) {
+    app.add_option(
+           "--shells", foliation_.shells,
+           "Iso-surfaces of these ball radii, between 0 and 1, nested in the solid, of which the skin "
+           "alone is left. Planes cut them like the skin, but for the innermost")
+        ->type_name("S,...")
+        ->delimiter(',');
+    app.add_option("--field-lines", foliation_.lines,
+                   "So many field lines as tubes, from the innermost shell to the skin, not cut")
+        ->type_name("N");
+    app.add_option("--tube-width", foliation_.lineWidth, "Of field lines, share of the solid's box diagonal")
+        ->capture_default_str()
+        ->type_name("SHARE");
+  }
+
+  bool foliated() const { return !foliation_.shells.empty() || foliation_.lines > 0; }
 
   void addFogOptions(CLI::App& app) {
     app.add_flag("--fog", fog_,
@@ -164,6 +184,10 @@ class RenderCommand final : public Command {
       throw Error(Errc::usage, "the output " + output.string() + " does not end in .png or .exr");
     }
     prepareScene();
+    foliation_.validate();
+    if (foliated() && look_.texture.empty()) look_.texture = "plain";
+    if (foliated() && explode_)
+      throw Error(Errc::usage, "--shells and --field-lines do not explode; use --cut");
     prepareFog();
     if (!size_.empty()) parseSize(size_, options_);
     if (!crop_.empty()) options_.crop = parseCrop(crop_);
@@ -188,6 +212,7 @@ class RenderCommand final : public Command {
     if (!look_.texture.empty() || !isoLines_.empty())
       throw Error(Errc::usage, "--fog has the colors of its grids; leave --texture and --iso-lines out");
     if (explode_) throw Error(Errc::usage, "a fog cannot be exploded; use --cut");
+    if (foliated()) throw Error(Errc::usage, "a fog has no map; leave --shells and --field-lines out");
   }
 
   void prepareScene() {
@@ -300,8 +325,14 @@ class RenderCommand final : public Command {
   Stage solidStage(const fs::path& path, Session& session) const {
     Stage stage;
     stage.subject = loadSubject(path, look_, session);
+    RenderOptions options = options_;
+    if (foliated()) {
+      options.hollow = !foliation_.shells.empty();
+      options.objects = session.timed(
+          "foliation", [&] { return isoObjects(*stage.subject.map, foliation_, session.context()); });
+    }
     stage.solid = session.timed("scene", [&] {
-      return std::make_unique<SolidRenderer>(stage.subject.surface, *stage.subject.appearance, options_);
+      return std::make_unique<SolidRenderer>(stage.subject.surface, *stage.subject.appearance, options);
     });
     return stage;
   }
@@ -370,6 +401,7 @@ class RenderCommand final : public Command {
   std::optional<Vec3> view_, up_;
   bool noFloor_ = false, flat_ = false, noAovs_ = false, noOcio_ = false, fog_ = false;
   FogOptions fogLook_;
+  IsoObjectOptions foliation_;
   std::optional<DisplayView> display_;
   RenderOptions options_;
 };

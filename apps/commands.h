@@ -13,6 +13,7 @@ std::unique_ptr<Command> makeCheckCommand();
 std::unique_ptr<Command> makeMapCommand();
 std::unique_ptr<Command> makeEvalCommand();
 std::unique_ptr<Command> makeInfoCommand();
+std::unique_ptr<Command> makeIsoCommand();
 std::unique_ptr<Command> makeRenderCommand();
 std::unique_ptr<Command> makeTransferCommand();
 std::unique_ptr<Command> makeMorphCommand();

@@ -15,6 +15,7 @@ std::vector<std::unique_ptr<Command>> makeCommands() {
   commands.push_back(makeTransferCommand());
   commands.push_back(makeRenderCommand());
   commands.push_back(makeMorphCommand());
+  commands.push_back(makeIsoCommand());
   commands.push_back(makeWarpCommand());
   commands.push_back(makeConvertCommand());
   commands.push_back(makeBatchCommand());

@@ -15,6 +15,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kCoordinates = "coordinates";
+constexpr const char* kPlain = "plain";
+
+bool isTexture(const std::string& name) { return !name.empty() && name != kCoordinates && name != kPlain; }
 
 void applyIsoLines(const LookChoices& choices, IsoLines& lines) {
   lines.pixels = choices.linePixels;
@@ -31,14 +34,14 @@ Subject subjectOfMap(BallMap loaded, const LookChoices& choices) {
   Subject subject;
   subject.map = std::make_unique<const BallMap>(std::move(loaded));
   subject.surface = subject.map->chart().green().shape().surface().mesh();
-  const bool coordinates = choices.texture.empty() || choices.texture == kCoordinates;
-  MappedLook look;
-  if (coordinates)
-    look = coordinateLook(choices.linePixels);
-  else
+  MappedLook look = choices.texture == kPlain ? plainLook() : coordinateLook(choices.linePixels);
+  subject.look = choices.texture == kPlain ? kPlain : kCoordinates;
+  if (isTexture(choices.texture)) {
+    look = {};
     look.texture = makeTexture(choices.texture, choices.settings);
+    subject.look = "texture " + choices.texture;
+  }
   applyIsoLines(choices, look.lines);
-  subject.look = coordinates ? kCoordinates : "texture " + choices.texture;
   subject.appearance = makeMappedAppearance(*subject.map, subject.map.get(), std::move(look));
   return subject;
 }
@@ -77,7 +80,7 @@ Subject subjectOfColors(const fs::path& path, const SampledGrids& grids, const L
 }  // namespace
 
 void LookChoices::validate() const {
-  if (texture.empty() || texture == kCoordinates) {
+  if (!isTexture(texture)) {
     if (!settings.empty()) throw Error(Errc::usage, "--set shapes a texture; name one with --texture");
   } else {
     makeTexture(texture, settings);

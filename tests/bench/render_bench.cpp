@@ -29,7 +29,7 @@ const TriMesh& bumpyBody() {
 
 /// One thread, camera rays of a 1280 x 960 picture's middle, 16 a pixel: hits alone.
 void primaryRays(benchmark::State& state) {
-  const detail::SolidScene scene(bumpyBody(), {{{{Vec3(-1, 0, 0), 0.0}}, true, Vec3::Zero()}}, 0.9);
+  const detail::SolidScene scene({bumpyBody(), {{{{Vec3(-1, 0, 0), 0.0}}, true, Vec3::Zero()}}}, 0.9);
   detail::RayBundle rays;
   const Vec3f from(5, -2, 1.5f);
   for (int y = 0; y < 64; ++y) {

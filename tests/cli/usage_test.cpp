@@ -15,7 +15,8 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 const std::vector<std::string>& commands() {
-  static const std::vector<std::string> names{"check", "map", "eval", "verify", "info", "render", "warp"};
+  static const std::vector<std::string> names{"check", "map",    "eval", "verify",
+                                              "info",  "render", "iso",  "warp"};
   return names;
 }
 

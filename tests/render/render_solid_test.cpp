@@ -62,7 +62,7 @@ TEST(RenderSolid, CutShowsTheCoordinatesOfItsPoints) {
   const Rendering rendering = draw(mesh, ballMap(), options);
   EXPECT_EQ(rendering.unmappedSamples, 0u);
   const Vec3 forward = options.viewDirection.normalized();
-  const auto kept = detail::SolidScene(mesh, {{{{-forward, 0.2}}, false, Vec3::Zero()}}, 1).outline();
+  const auto kept = detail::SolidScene({mesh, {{{{-forward, 0.2}}, false, Vec3::Zero()}}}, 1).outline();
   const detail::Camera camera(detail::cameraPose(options), kept);
   int compared = 0;
   for (int y = 10; y < 600; y += 17) {

@@ -6,9 +6,11 @@
 #include <cmath>
 #include <optional>
 #include <random>
+#include <set>
 
 #include "polestar/mesh/bodies.h"
 #include "polestar/mesh/shapes.h"
+#include "polestar/render/detail/staging.h"
 
 namespace polestar::detail {
 namespace {
@@ -96,7 +98,7 @@ std::vector<std::vector<Plane>> someCuts() {
 TEST(SolidScene, FirstHitIsWhereAMarchEntersTheSolid) {
   Random random;
   for (const auto& planes : someCuts()) {
-    const SolidScene scene(cube(4), {notched(planes)}, kCrease);
+    const SolidScene scene({cube(4), {notched(planes)}}, kCrease);
     int cutHits = 0, skinHits = 0;
     for (int i = 0; i < 1500; ++i) {
       const Vec3 origin = 5 * random.direction();
@@ -135,7 +137,7 @@ TEST(SolidScene, FirstHitIsWhereAMarchEntersTheSolid) {
 TEST(SolidScene, OcclusionIsWhatAMarchMeets) {
   Random random;
   for (const auto& planes : someCuts()) {
-    const SolidScene scene(cube(4), {notched(planes)}, kCrease);
+    const SolidScene scene({cube(4), {notched(planes)}}, kCrease);
     int blocked = 0, decided = 0;
     for (int i = 0; i < 1500; ++i) {
       const Vec3 from = 5 * random.direction();
@@ -159,7 +161,7 @@ TEST(SolidScene, OcclusionIsWhatAMarchMeets) {
 }
 
 TEST(SolidScene, ShadingNormalsSmoothTheBallAndKeepTheCubesEdges) {
-  const SolidScene ball(geodesicSphere(8), {Piece()}, kCrease), box(cube(6), {Piece()}, kCrease);
+  const SolidScene ball({geodesicSphere(8), {Piece()}}, kCrease), box({cube(6), {Piece()}}, kCrease);
   Random random;
   for (int i = 0; i < 500; ++i) {
     const Vec3 origin = 5 * random.direction();
@@ -179,7 +181,7 @@ TEST(SolidScene, ShadingNormalsSmoothTheBallAndKeepTheCubesEdges) {
 TEST(SolidScene, RaysAlongTheSilhouetteMeetNoCutOutsideOfTheSolid) {
   // The plane lies in front of the cube's edges, all over the picture; rays go at the edges themselves.
   const Plane plane{Vec3::UnitX(), 0.2};
-  const SolidScene scene(cube(3), {notched({plane})}, kCrease);
+  const SolidScene scene({cube(3), {notched({plane})}}, kCrease);
   Random random;
   int met = 0;
   for (int i = 0; i < 20000; ++i) {
@@ -199,7 +201,7 @@ TEST(SolidScene, CutsHaveNoSpeckles) {
   // Rays at the edges of a body with convex and concave ones, through a plane in front: what all rays around
   // say, the one in the middle has to say too.
   const TriMesh star = starPolyhedron(2);
-  const SolidScene scene(star, {notched({{Vec3(1, 0.2, 0.1).normalized(), 0.1}})}, kCrease);
+  const SolidScene scene({star, {notched({{Vec3(1, 0.2, 0.1).normalized(), 0.1}})}}, kCrease);
   Random random;
   int cuts = 0, misses = 0;
   for (int i = 0; i < 30000; ++i) {
@@ -224,6 +226,74 @@ TEST(SolidScene, CutsHaveNoSpeckles) {
   }
   EXPECT_GT(cuts, 1000);
   EXPECT_GT(misses, 100);
+}
+
+// A hollow solid has no cut faces: beyond the plane its skin is seen from within, with normals to the viewer.
+TEST(SolidScene, AHollowSolidIsSeenFromWithin) {
+  const SolidScene scene({geodesicSphere(12), {notched({{Vec3::UnitX(), 0.0}})}, true}, kCrease);
+  const Hit hit = firstHit(scene, {{3, 0.3, 0.2}, -Vec3::UnitX()});
+  ASSERT_FALSE(hit.scene.none());
+  EXPECT_TRUE(hit.scene.skin());
+  EXPECT_NEAR(hit.position.norm(), 1, 0.02);
+  EXPECT_LT(hit.position[0], 0);
+  EXPECT_GT(hit.normal[0], 0.5);
+  EXPECT_GT(hit.shadingNormal.dot(-hit.position.normalized()), 0.999);
+  // What is beyond the plane throws no shadow, what is left does.
+  RayBundle rays;
+  rays.add(Vec3f(0.5f, 0, 0), Vec3f(1, 0, 0));
+  rays.add(Vec3f(0.5f, 0, 0), Vec3f(-1, 0, 0));
+  std::uint8_t blocked[2];
+  scene.occluded(rays, false, blocked);
+  EXPECT_EQ(blocked[0], 0);
+  EXPECT_EQ(blocked[1], 1);
+}
+
+TEST(SolidScene, ObjectsStandBeforeBehindAndBesideTheSolid) {
+  const auto ballAt = [](double x) {
+    return transformed(geodesicSphere(6), [=](const Vec3& v) { return Vec3(0.2 * v + Vec3(x, 0, 0)); });
+  };
+  const SolidScene scene({geodesicSphere(12), {Piece()}, false, {ballAt(-3), ballAt(2), ballAt(0)}}, kCrease);
+  const Hit fromRight = firstHit(scene, {{5, 0, 0}, -Vec3::UnitX()});
+  EXPECT_EQ(fromRight.scene.object, 1);
+  EXPECT_NEAR(fromRight.position[0], 2.2, 1e-2);
+  EXPECT_GT(fromRight.normal[0], 0.9);
+  const Hit fromLeft = firstHit(scene, {{-5, 0, 0}, Vec3::UnitX()});
+  EXPECT_EQ(fromLeft.scene.object, 0);
+  // The third lies within the solid.
+  const Hit fromAbove = firstHit(scene, {{0, 0, 5}, -Vec3::UnitZ()});
+  EXPECT_EQ(fromAbove.scene.object, -1);
+  EXPECT_TRUE(fromAbove.scene.skin());
+  RayBundle rays;
+  rays.add(Vec3f(1.1f, 0, 0), Vec3f(1, 0, 0));
+  rays.add(Vec3f(1.1f, 0, 0), Vec3f(0, 0, 1));
+  std::uint8_t blocked[2];
+  scene.occluded(rays, false, blocked);
+  EXPECT_EQ(blocked[0], 1);
+  EXPECT_EQ(blocked[1], 0);
+}
+
+// What a piece keeps of a mesh: its area by halves and quarters, closed along shared edges, nothing beyond.
+TEST(Clipped, KeepsWhatThePieceHolds) {
+  const TriMesh ball = geodesicSphere(10);
+  const double whole = surfaceArea(ball);
+  const std::vector<Plane> planes{{Vec3::UnitX(), 0.0}, {Vec3::UnitY(), 0.0}};
+  const TriMesh left = clipped(ball, notched(planes));
+  EXPECT_NEAR(surfaceArea(left), 0.75 * whole, 1e-3 * whole);
+  for (const Vec3& v : left.vertices) EXPECT_FALSE(v[0] > 1e-12 && v[1] > 1e-12);
+  Piece kept;
+  kept.planes = planes;
+  const TriMesh quarter = clipped(ball, kept);
+  EXPECT_NEAR(surfaceArea(quarter), 0.25 * whole, 1e-3 * whole);
+  for (const Vec3& v : quarter.vertices) EXPECT_LE(v.head<2>().maxCoeff(), 1e-12);
+  // Triangles that shared an edge still do: the rim is where the planes cut, and nowhere else.
+  std::set<std::pair<std::int32_t, std::int32_t>> edges;
+  for (const Triangle& t : quarter.triangles) {
+    for (int k = 0; k < 3; ++k) EXPECT_TRUE(edges.insert({t[k], t[(k + 1) % 3]}).second);
+  }
+  for (const auto& [a, b] : edges) {
+    if (edges.contains({b, a})) continue;
+    for (const std::int32_t v : {a, b}) EXPECT_LT(quarter.vertices[v].head<2>().cwiseAbs().minCoeff(), 1e-12);
+  }
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "polestar/io/picture.h"
 #include "polestar/render/detail/linear_ball.h"
 #include "polestar/texture/procedural.h"
 
@@ -14,6 +15,13 @@ namespace {
 using detail::LinearBall;
 
 constexpr double kSteepestRelief = 0.8;  // slopes beyond look like noise
+
+class Clay final : public SolidTexture {
+ public:
+  void sample(std::span<const TexturePoint>, std::span<TextureSample> samples) const override {
+    for (TextureSample& sample : samples) sample = {linearFromSrgb(0xd9b8a6), 0.25f, Vec3::Zero()};
+  }
+};
 
 class MappedAppearance final : public Appearance {
  public:
@@ -98,6 +106,12 @@ MappedLook coordinateLook(double linePixels) {
   look.texture = makeTexture("soccer", {{"line", 0}, {"skin", 0.0002}});
   look.lines.radius = look.lines.cutSeams = true;
   look.lines.pixels = linePixels;
+  return look;
+}
+
+MappedLook plainLook() {
+  MappedLook look;
+  look.texture = std::make_shared<Clay>();
   return look;
 }
 

@@ -21,6 +21,9 @@ struct MappedLook {
 /// `linePixels` wide.
 MappedLook coordinateLook(double linePixels);
 
+/// Unglazed clay all over: what leaves the eye to shapes, shells and lines.
+MappedLook plainLook();
+
 /// The map is asked for about three points a patch. A patch on the skin is looked up half a pixel below it,
 /// since the map knows nothing outside; where even that gives NaN (sharp edges), 1e-6 of the way to the
 /// center. Its colors are those of R = 1.

@@ -18,6 +18,7 @@ using namespace detail;
 namespace {
 
 constexpr std::size_t kMostExploding = 4;
+constexpr std::size_t kMostObjects = 30000;  // they are counted in 16 bits
 
 void validateCuts(const RenderOptions& options) {
   for (const CutPlane& cut : options.cuts) {
@@ -50,6 +51,9 @@ void RenderOptions::validate() const {
             "the crop must be x0,y0,x1,y1 with x0 < x1 and y0 < y1 inside the picture of " +
                 std::to_string(width) + " x " + std::to_string(height) + " pixels");
   }
+  require(objects.size() <= kMostObjects, "at most 30,000 objects can stand beside the solid");
+  require(objects.empty() || cutMode != CutMode::explode || cuts.empty(),
+          "objects do not explode; leave them out, or cut without exploding");
   validateCuts(*this);
 }
 
@@ -59,6 +63,7 @@ struct SolidRenderer::Data {
   RenderFrame frame;
   Vec3 center;  ///< of the appearance, else of the frame; what follows is in the frame, too
   SolidScene scene;
+  std::vector<ObjectLook> objectLooks;
   std::vector<Vec3> outline;
   Camera camera;  ///< at turn 0
   double boundSquared = 0;
@@ -72,6 +77,8 @@ struct SolidRenderer::Data {
         scene(makeScene(surface)),
         outline(shownPoints()),
         camera(cameraPose(options), framedPoints(), options.turns, center) {
+    for (const StageObject& object : options.objects) objectLooks.push_back({object.color, object.gloss});
+    options.objects.clear();  // the scene has them
     settings.up = options.up.normalized();
     settings.floor = std::numeric_limits<double>::infinity();
     for (const Vec3& p : outline) {
@@ -86,9 +93,16 @@ struct SolidRenderer::Data {
   }
 
   SolidScene makeScene(const TriMesh& surface) const {
-    TriMesh mesh = inRenderFrame(surface, frame);
-    std::vector<Piece> pieces = cutPieces(options, mesh, center);
-    return SolidScene(std::move(mesh), std::move(pieces), options.creaseAngle);
+    SceneParts parts;
+    parts.surface = inRenderFrame(surface, frame);
+    parts.pieces = cutPieces(options, parts.surface, center);
+    parts.hollow = options.hollow;
+    for (const StageObject& object : options.objects) {
+      TriMesh mesh = inRenderFrame(object.mesh, frame);
+      parts.objects.push_back(object.cut && !options.cuts.empty() ? clipped(mesh, parts.pieces[0])
+                                                                  : std::move(mesh));
+    }
+    return SolidScene(std::move(parts), options.creaseAngle);
   }
 
   std::vector<Vec3> framedPoints() const {
@@ -128,6 +142,7 @@ Rendering SolidRenderer::render(double turn, Context& context) const {
   const Studio studio(camera, data_->settings);
   const Stage stage{data_->scene,
                     data_->appearance,
+                    data_->objectLooks,
                     data_->frame,
                     camera,
                     studio,

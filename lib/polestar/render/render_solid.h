@@ -27,6 +27,15 @@ enum class CutMode {
   explode  ///< nothing goes: the planes cut the solid into pieces, which are moved apart
 };
 
+/// Something that stands on the stage with the solid: opaque, in one color, seen from both sides.
+struct StageObject {
+  TriMesh mesh;                            ///< mesh units; need not be closed
+  Vec3f color = linearFromSrgb(0x9a9a9a);  ///< scene-linear
+  float gloss = 0.3f;                      ///< see SurfaceLook
+  /// What the planes take away of the solid they take away of this, too, but no piece of it is moved.
+  bool cut = true;
+};
+
 enum class Shading {
   studio,  ///< soft key light with shadow, dome with ambient occlusion, gloss on the skin, floor
   flat     ///< the looks alone and a plain background: for diagrams and for tests
@@ -61,6 +70,9 @@ struct RenderOptions {
   std::vector<double> turns;
   /// What fills the frame, mesh units; nothing: the solid itself. For sequences, whose frames have to agree.
   std::optional<Box> framed;
+  /// The solid is its skin alone: cuts lay open its inner side.
+  bool hollow = false;
+  std::vector<StageObject> objects;
 
   void validate() const;  ///< @throws Error{Errc::usage}
 };
@@ -83,7 +95,7 @@ struct Rendering {
 /// AOVs are those of a ray through the pixel's middle, not filtered: `Z` (depth along the view direction,
 /// mesh units, 1e30 where nothing is), `N.x` ... (shading normal, mesh frame), `ball.x` ... and `green` (G, 1
 /// / mesh units; NaN where not known) and `id` (0: no solid, 100 p + 1: skin of piece p, 100 p + 2 + k: its
-/// cut by plane k).
+/// cut by plane k, 10,001 + k: object k).
 class SolidRenderer {
  public:
   /// The solid inside the closed, outward-oriented `surface`; the appearance outlives the renderer.

@@ -8,12 +8,18 @@ namespace {
 
 enum Channel { kDepth, kNormal, kBall = kNormal + 3, kGreen = kBall + 3, kId };
 constexpr float kNowhere = 1e30f;
+constexpr int kFirstObject = 10001;  // beyond all pieces and their cuts
 
 void set(Picture& picture, std::size_t pixel, int channel, double value) {
   picture.channels[channel].values[pixel] = static_cast<float>(value);
 }
 
-/// One pixel that sees the solid.
+int idOf(const SceneHit& hit) {
+  if (hit.object >= 0) return kFirstObject + hit.object;
+  return 100 * hit.piece + (hit.skin() ? 1 : 2 + hit.plane);
+}
+
+/// One pixel that sees the solid or an object.
 struct Seen {
   std::size_t pixel, ray;
 };
@@ -54,11 +60,11 @@ void fillAovs(const Stage& stage, const PixelBox& tile, Picture& picture) {
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const auto [pixel, ray] = seen[i];
     const SceneHit& hit = hits[ray];
-    const Vec3 shown = points[i] + stage.scene.pieces()[hit.piece].shift;
+    const Vec3 shown = points[i] + stage.scene.shiftOf(hit);
     const Vec3f normal = stage.scene.shadingPoint(hit, origin, rays.directionOf(ray)).shadingNormal;
     set(picture, pixel, kDepth, stage.frame.unit * stage.camera.depth(shown));
     for (int k = 0; k < 3; ++k) set(picture, pixel, kNormal + k, normal[k]);
-    set(picture, pixel, kId, 100 * hit.piece + (hit.skin() ? 1 : 2 + hit.plane));
+    set(picture, pixel, kId, idOf(hit));
     points[i] = stage.frame.toMesh(points[i]);
   }
   std::vector<Vec3> ball(points.size());

@@ -1,7 +1,7 @@
 #pragma once
 // The solid that the picture shows: a closed surface, cut by planes into pieces that may stand apart. Rays
 // are Embree's; what planes add is arithmetic on their intervals, so cuts are exact planes and no mesh is
-// cut.
+// cut. Beside it may stand objects of one color each, which are triangles and nothing else.
 
 #include <array>
 #include <cstdint>
@@ -13,8 +13,11 @@
 #include "polestar/mesh/tri_mesh.h"
 #include "polestar/render/detail/plane.h"
 #include "polestar/render/detail/ray_bundle.h"
+#include "polestar/render/detail/smooth_mesh.h"
 
 namespace polestar::detail {
+
+struct RayStretch;
 
 /// A part of the solid, cut out of it or what a cut leaves.
 struct Piece {
@@ -37,64 +40,68 @@ struct SceneHit {
   float u = 0, v = 0;          ///< on the skin: weights of the triangle's corners 1 and 2
   std::uint32_t triangle = 0;  ///< on the skin
   std::int16_t piece = 0;
-  std::int16_t plane = -1;  ///< of a cut face: which of the piece's; -1 on the skin
+  std::int16_t plane = -1;   ///< of a cut face: which of the piece's; -1 on the skin
+  std::int16_t object = -1;  ///< -1 on the solid
 
   bool none() const { return distance == std::numeric_limits<float>::infinity(); }
-  bool skin() const { return plane < 0; }
+  bool skin() const { return plane < 0 && object < 0; }
 };
 
-/// What light needs to know of a hit, as shown.
-struct ShadingPoint {
-  Vec3f normal;         ///< geometric, outward
-  Vec3f shadingNormal;  ///< interpolated within creases
-  Vec3f shadowOrigin;   ///< where shadow rays start: clear of the facets that a curved surface stands for
+/// What stands on the stage.
+struct SceneParts {
+  TriMesh surface;            ///< of the solid: closed, outward-oriented
+  std::vector<Piece> pieces;  ///< at least one
+  bool hollow = false;        ///< the solid is its skin alone, seen from both sides
+  std::vector<TriMesh> objects = {};
 };
 
 /// Immutable after construction; every query may be called from many threads. Coordinates of about unit size.
 class SolidScene {
  public:
-  /// A closed, outward-oriented surface and its pieces, at least one.
   /// @throws Error{Errc::io} when Embree cannot start.
-  SolidScene(TriMesh surface, std::vector<Piece> pieces, double creaseAngle);
+  SolidScene(SceneParts parts, double creaseAngle);
   ~SolidScene();
   SolidScene(SolidScene&&) noexcept;
 
-  /// First points of the solid along rays that start outside of it. Rays whose numbers are close should be
-  /// close: they are traced in packets of 16.
+  /// First points of the solid and the objects along rays that start outside of it. Rays whose numbers are
+  /// close should be close: they are traced in packets of 16.
   void firstHits(const RayBundle& rays, std::span<SceneHit> hits) const;
 
-  /// Does the solid lie between a ray's origin (on its surface or outside) and infinity? `coherent`: as for
+  /// Does anything lie between a ray's origin (on its surface or outside) and infinity? `coherent`: as for
   /// firstHits; else rays go where they like.
   void occluded(const RayBundle& rays, bool coherent, std::span<std::uint8_t> blocked) const;
 
   ShadingPoint shadingPoint(const SceneHit& hit, const Vec3f& origin, const Vec3f& direction) const;
-  /// The point of the solid, in double precision and before its piece is shifted, so that it lies on the very
-  /// surface or plane.
+  /// The point of the solid or object, in double precision and before its piece is shifted, so that it lies
+  /// on the very surface or plane.
   Vec3 solidPoint(const SceneHit& hit, const Vec3& origin, const Vec3& direction) const;
 
-  const TriMesh& surface() const { return surface_; }
+  /// From where the hit's part of the solid belongs to where it is shown; 0 for objects.
+  Vec3 shiftOf(const SceneHit& hit) const { return hit.object < 0 ? pieces_[hit.piece].shift : Vec3::Zero(); }
+
+  const TriMesh& surface() const { return skin_.mesh(); }
   const std::vector<Piece>& pieces() const { return pieces_; }
-  const Vec3& faceNormal(std::size_t triangle) const { return faceNormals_[triangle]; }
+  const Vec3& faceNormal(std::size_t triangle) const { return skin_.faceNormal(triangle); }
   /// Corners of the convex hull's kind: vertices of the pieces and points where edges cross planes, as shown.
   std::vector<Vec3> outline() const;
 
  private:
   struct Embree;
-  struct Query;
   void hitNotched(std::size_t piece, const RayBundle& rays, std::span<SceneHit> hits) const;
   void hitKept(std::size_t piece, const RayBundle& rays, std::span<SceneHit> hits) const;
+  void hitObjects(const RayBundle& rays, std::span<SceneHit> hits) const;
   void blockNotched(std::size_t piece, const RayBundle& rays, bool coherent,
                     std::span<std::uint8_t> blocked) const;
   void blockKept(std::size_t piece, const RayBundle& rays, std::span<std::uint8_t> blocked) const;
-  bool insideBehind(const Vec3f& shift, const RayBundle& rays, const Query& query) const;
-  void trace(std::size_t piece, const RayBundle& rays, std::span<const Query> queries,
+  void blockObjects(const RayBundle& rays, bool coherent, std::span<std::uint8_t> blocked) const;
+  bool insideBehind(const Vec3f& shift, const RayBundle& rays, const RayStretch& stretch) const;
+  void trace(std::size_t piece, const RayBundle& rays, std::span<const RayStretch> stretches,
              std::span<SceneHit> hits) const;
 
-  TriMesh surface_;
   std::vector<Piece> pieces_;
-  std::vector<Vec3> faceNormals_;
-  std::vector<std::array<Vec3f, 3>> cornerNormals_;
-  std::vector<Vec3f> vertices_;
+  bool hollow_;
+  std::vector<std::int16_t> objectOf_;  ///< of triangles of objects_
+  SmoothMesh skin_, objects_;
   std::unique_ptr<Embree> embree_;
 };
 

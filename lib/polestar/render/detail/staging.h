@@ -18,6 +18,9 @@ TriMesh inRenderFrame(const TriMesh& surface, const RenderFrame& frame);
 /// The options' planes and what they make of the solid. All in the render frame.
 std::vector<Piece> cutPieces(const RenderOptions& options, const TriMesh& mesh, const Vec3& center);
 
+/// What the piece keeps of a mesh; triangles across a plane are cut along it. Both in the render frame.
+TriMesh clipped(const TriMesh& mesh, const Piece& piece);
+
 CameraPose cameraPose(const RenderOptions& options);
 
 /// The key light stands where it shines into the cut: 1 for the right, -1 for the left; left where nothing is

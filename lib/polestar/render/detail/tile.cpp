@@ -106,7 +106,7 @@ void Tile::gatherSample(std::size_t sample, std::size_t firstPatch, std::size_t 
   Vec3f offset = Vec3f::Zero();
   for (; patch < patches_.size(); ++patch) {
     const Patch& p = patches_[patch];
-    if (p.piece != hit.piece || p.plane != hit.plane) continue;
+    if (p.piece != hit.piece || p.plane != hit.plane || p.object != hit.object) continue;
     const Vec3f d = position - p.base;
     offset = {d.dot(p.first), d.dot(p.second), d.dot(p.normal)};
     if (std::abs(offset[0]) <= kReach * p.pixelFirst && std::abs(offset[1]) <= kReach * p.pixelSecond &&
@@ -138,6 +138,7 @@ Tile::Patch Tile::makePatch(std::size_t sample) const {
   Patch patch;
   patch.piece = hit.piece;
   patch.plane = hit.plane;
+  patch.object = hit.object;
   patch.base = origin + hit.distance * direction;
   patch.normal = stage_.scene.shadingPoint(hit, origin, direction).normal;
   const float facing = std::abs(patch.normal.dot(direction));
@@ -151,7 +152,9 @@ Tile::Patch Tile::makePatch(std::size_t sample) const {
   const RenderFrame& frame = stage_.frame;
   patch.surface.point = frame.toMesh(
       stage_.scene.solidPoint(hit, origin.cast<double>(), direction.cast<double>().normalized()));
-  patch.surface.normal = patch.normal.cast<double>();
+  // Outward, from whichever side it is seen.
+  patch.surface.normal =
+      hit.skin() ? stage_.scene.faceNormal(hit.triangle) : patch.normal.cast<double>().eval();
   patch.surface.first = patch.first.cast<double>();
   patch.surface.second = patch.second.cast<double>();
   patch.surface.pixelFirst = frame.unit * static_cast<double>(patch.pixelFirst);
@@ -160,25 +163,47 @@ Tile::Patch Tile::makePatch(std::size_t sample) const {
   return patch;
 }
 
+SurfaceLook Tile::lookOfObject(const Tap& tap) const {
+  const ObjectLook& object = stage_.objects[patches_[tap.patch].object];
+  SurfaceLook look;
+  look.color = object.color;
+  look.gloss = object.gloss;
+  look.known = true;
+  return look;
+}
+
 void Tile::look() {
+  looks_.assign(taps_.size(), SurfaceLook());
+  // The appearance is asked for the solid alone.
   std::vector<SurfacePatch> patches;
-  patches.reserve(patches_.size());
-  for (const Patch& patch : patches_) patches.push_back(patch.surface);
-  std::vector<SurfaceTap> taps;
-  taps.reserve(taps_.size());
-  for (const Tap& tap : taps_) {
-    const double unit = stage_.frame.unit / tap.samples;
-    taps.push_back(
-        {tap.patch, unit * static_cast<double>(tap.first), unit * static_cast<double>(tap.second)});
+  std::vector<std::uint32_t> patchNumber(patches_.size());
+  for (std::size_t i = 0; i < patches_.size(); ++i) {
+    patchNumber[i] = static_cast<std::uint32_t>(patches.size());
+    if (patches_[i].object < 0) patches.push_back(patches_[i].surface);
   }
-  looks_.assign(taps.size(), SurfaceLook());
+  std::vector<SurfaceTap> taps;
+  std::vector<std::size_t> tapNumber;
+  for (std::size_t i = 0; i < taps_.size(); ++i) {
+    const Tap& tap = taps_[i];
+    if (patches_[tap.patch].object >= 0) {
+      looks_[i] = lookOfObject(tap);
+      continue;
+    }
+    const double unit = stage_.frame.unit / tap.samples;
+    taps.push_back({patchNumber[tap.patch], unit * static_cast<double>(tap.first),
+                    unit * static_cast<double>(tap.second)});
+    tapNumber.push_back(i);
+  }
   if (taps.empty()) return;
-  stage_.appearance.look(patches, taps, stage_.samples >= 4 ? kTapShare : 1, looks_);
-  for (std::size_t i = 0; i < looks_.size(); ++i) {
-    if (looks_[i].known) continue;
-    looks_[i] = {};
-    looks_[i].color = stage_.unmapped;
-    counts_.unmappedSamples += static_cast<std::size_t>(taps_[i].samples);
+  std::vector<SurfaceLook> looks(taps.size());
+  stage_.appearance.look(patches, taps, stage_.samples >= 4 ? kTapShare : 1, looks);
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    SurfaceLook& look = looks_[tapNumber[i]];
+    look = looks[i];
+    if (look.known) continue;
+    look = {};
+    look.color = stage_.unmapped;
+    counts_.unmappedSamples += static_cast<std::size_t>(taps_[tapNumber[i]].samples);
   }
 }
 

@@ -22,10 +22,17 @@ struct RenderFrame {
   Vec3 toMesh(const Vec3& render) const { return origin + unit * render; }
 };
 
+/// What an object looks like, all over.
+struct ObjectLook {
+  Vec3f color;
+  float gloss;
+};
+
 /// Everything that the tiles of a picture share.
 struct Stage {
   const SolidScene& scene;
   const Appearance& appearance;
+  const std::vector<ObjectLook>& objects;  ///< of the scene
   const RenderFrame& frame;
   const Camera& camera;
   const Studio& studio;
@@ -64,7 +71,7 @@ class Tile {
     SurfacePatch surface;
     Vec3f base, normal, first, second;
     float pixelFirst, pixelSecond;
-    std::int16_t piece, plane;
+    std::int16_t piece, plane, object;
   };
 
   struct Tap {
@@ -87,6 +94,7 @@ class Tile {
   void gatherSample(std::size_t sample, std::size_t firstPatch, std::size_t firstTap);
   Patch makePatch(std::size_t sample) const;
   void look();
+  SurfaceLook lookOfObject(const Tap& tap) const;
   void light();
   void prepareSolid(std::size_t sample);
   void prepareFloor(std::size_t sample);
