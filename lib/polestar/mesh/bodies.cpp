@@ -156,7 +156,7 @@ double headDensity(const Vec3& point) {
 /// A flap that tapers from the origin to `tip`: half-width `wide` along `across` and `thick` across the flap,
 /// both at the origin, and ends a third as far behind it. Convex.
 double flap(const Vec3& p, const Vec3& tip, const Vec3& across, double wide, double thick) {
-  constexpr double kRound = 0.12;  // of the tip and the rim, shares of the flap's length and width
+  constexpr double kRound = 0.20;  // of the tip and the rim, shares of the flap's length and width
   const Vec3 axis = tip.normalized(), side = (across - across.dot(axis) * axis).normalized();
   const Vec3 q(p.dot(side) / wide, p.dot(axis.cross(side)) / thick, kRound);
   const double along = p.dot(axis) / tip.norm();
@@ -170,20 +170,20 @@ double pigSolid(const Vec3& point) {
   double d = ellipsoid(p, {0, -0.08, 0.02}, {0.68, 0.82, 0.65});                  // belly
   d = blend(d, cone(p, {0, 0.05, 0.05}, {0, 0.70, 0.20}, 0.42, 0.39), 0.22);      // head
   d = blend(d, cone(p, o, {0, 1.10, 0.10}, 0.10, 0.23), 0.12);                    // snout
-  d = carve(d, 1.15 - p[1], 0.05);                                                // its disk
-  d = carve(d, ellipsoid(p, {0.085, 1.18, 0.105}, {0.045, 0.08, 0.07}), 0.03);    // nostril
-  d = blend(d, flap(p, {0.50, 0.62, 0.82}, {1, -0.2, -0.45}, 0.56, 0.20), 0.07);  // ear
+  d = carve(d, 1.15 - p[1], 0.10);                                                // its disk
+  d = carve(d, ellipsoid(p, {0.09, 1.18, 0.105}, {0.06, 0.06, 0.08}), 0.05);      // nostril
+  d = blend(d, flap(p, {0.53, 0.65, 0.88}, {1, -0.2, -0.45}, 0.56, 0.27), 0.10);  // ear
   d = blend(d, cone(p, o, {0.33, 0.36, -0.74}, 0.20, 0.17), 0.10);                // front leg
   d = blend(d, cone(p, o, {0.33, -0.42, -0.74}, 0.20, 0.17), 0.10);               // hind leg
-  d = carve(d, p[2] + 0.78, 0.05);                                                // soles
-  d = blend(d, ellipsoid(p, {0.185, 0.965, 0.365}, {0.07, 0.07, 0.08}), 0.02);    // eye
-  return carve(d, ellipsoid(p, {0, -0.12, 0.71}, {0.04, 0.25, 0.12}), 0.02);      // slot for coins
+  d = carve(d, p[2] + 0.78, 0.10);                                                // soles
+  d = blend(d, ellipsoid(p, {0.185, 0.965, 0.365}, {0.07, 0.07, 0.08}), 0.04);    // eye
+  return carve(d, ellipsoid(p, {0, -0.12, 0.72}, {0.07, 0.27, 0.09}), 0.05);      // slot for coins
 }
 
 /// A spiral of a little over one turn on the rump, in the plane x, z: how near `p` is to its middle, 1 on it.
 double pigTail(const Vec3& p) {
   constexpr int kSteps = 60;
-  constexpr double kTurns = 1.3, kInner = 0.03, kOuter = 0.17, kWidth = 0.045;
+  constexpr double kTurns = 1.3, kInner = 0.03, kOuter = 0.19, kWidth = 0.055;
   if (p[1] < 0.4) return 0;
   const Eigen::Vector2d q(p[0], p[2] - 0.2);
   double nearest = kWidth;
@@ -198,7 +198,7 @@ double pigTail(const Vec3& p) {
 
 double pigRadius(const Vec3& direction) {
   const double r = exitDistance(pigSolid, direction);
-  return r + 0.05 * pigTail(r * direction);
+  return r + 0.035 * pigTail(r * direction);
 }
 
 /// Where the pig has its fine features.
