@@ -21,6 +21,8 @@ namespace fs = std::filesystem;
 
 constexpr int kDefaultDim = 128;
 constexpr int kPaddingVoxels = 3;
+/// Without kinks on the field lines that come from a domain's edges, see mapToDomain().
+constexpr SphereMapKind kDomainBoundary = SphereMapKind::fieldLine;
 constexpr std::size_t kRoundTrips = 50000;
 // surface, density and green are floats, rest is three of them.
 constexpr double kBytesPerVoxel = 3 * 4 + 12;
@@ -77,6 +79,7 @@ class MapCommand final : public Command {
       outputs.map = mapFileBeside(grids);
     }
     domain_.validate();
+    if (!choices_.boundary && domain_.domain != DomainChoice::ball) choices_.boundary = kDomainBoundary;
     if (exact_ && domain_.domain != DomainChoice::ball)
       throw Error(Errc::usage, "--exact is for --domain ball; other domains are read from the maps' tables");
     if (!inverse_.empty() && (inverse_.extension() != ".vdb" || inverse_ == grids))
@@ -142,7 +145,9 @@ class MapCommand final : public Command {
     const Box box = boundingBox(ball.chart().green().shape().surface().mesh());
     const double voxel = size_.voxelSize(box);
     SolidGrids grids = session.timed("sample", [&] { return sample(map, voxel, session); });
-    const FilteredGrids filtered = session.timed("filter", [&] { return filterCells(grids, context); });
+    const FilteredGrids filtered = session.timed("filter", [&] {
+      return filterCells(grids, map.domain ? &*map.domain : nullptr, context);
+    });
     session.json()["filtered"] = {{"voxels", filtered.voxels},
                                   {"inverted_before", filtered.invertedBefore},
                                   {"largest_move_ball", filtered.largestMove}};

@@ -386,7 +386,7 @@ class MorphCommand final : public Command {
   /// Empty, or what is wrong.
   static std::string judgeVoxels(SolidGrids& grids, Json& report, Session& session) {
     const FilteredGrids filtered =
-        session.timed("filter", [&] { return filterCells(grids, session.context()); });
+        session.timed("filter", [&] { return filterCells(grids, nullptr, session.context()); });
     const CellQuality cells = session.timed("judge", [&] { return judgeVoxelCells(grids); });
     report["voxels"] = cells.voxels;
     report["voxel_cells"] = {{"cells", cells.cells},

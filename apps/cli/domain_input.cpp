@@ -94,8 +94,11 @@ std::optional<DomainMap> makeDomainMap(const BallMap& map, const MapChoices& map
                                        const DomainChoices& choices, Session& session) {
   if (choices.domain == DomainChoice::ball) return std::nullopt;
   const PolycubeFit fit = chooseDomain(map.chart().green().shape(), choices, session);
-  DomainMap domain = session.timed(
-      "domain", [&] { return mapToDomain(map, fit, toMapOptions(mapChoices), session.context()); });
+  MapTimings timings;
+  DomainMap domain = mapToDomain(map, fit, toMapOptions(mapChoices), session.context(), &timings);
+  session.noteSeconds("domain_green", timings.green);
+  session.noteSeconds("domain_trace", timings.trace);
+  session.noteSeconds("domain_sphere", timings.sphere);
   const std::vector<DistortionBand> bands =
       session.timed("distortion", [&] { return distortionByEdges(domain); });
   const DomainShape& shape = domain.shape();

@@ -29,7 +29,8 @@ void addMapOptions(CLI::App& app, MapChoices& choices) {
   app.add_option(
          "--boundary", choices.boundary,
          "How the surface goes onto the sphere: conformal (default) keeps angles of the surface, "
-         "field-line the directions in which field lines leave the center (best for hexahedra), balanced "
+         "field-line the directions in which field lines leave the center (best for hexahedra, and the default "
+         "of cubes and polycubes), balanced "
          "distorts the solid least (best for textures), radial projects from the center")
       ->transform(CLI::CheckedTransformer(kBoundaries).description(""))
       ->type_name("KIND");
@@ -189,7 +190,7 @@ void describeMap(const BallMap& map, const MapChoices& choices, Session& session
 
 MapOptions toMapOptions(const MapChoices& choices) {
   MapOptions options;
-  options.boundary = choices.boundary;
+  options.boundary = choices.boundary.value_or(SphereMapKind::conformal);
   options.radius = choices.radius;
   options.green.tolerance = choices.tolerance;
   options.green.prove = choices.prove;

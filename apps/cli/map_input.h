@@ -12,7 +12,7 @@
 namespace polestar::cli {
 
 struct MapChoices {
-  SphereMapKind boundary = SphereMapKind::conformal;
+  std::optional<SphereMapKind> boundary;  ///< nothing: conformal
   std::optional<RadiusKind> radius;     ///< nothing: what suits the boundary
   std::optional<double> balanceVolume;  ///< nothing: the library's default
   CoreMode core = CoreMode::smooth;

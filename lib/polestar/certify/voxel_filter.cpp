@@ -11,8 +11,8 @@ constexpr int kRings = 4, kSweeps = 24, kBorder = 2;
 
 class Filter {
  public:
-  explicit Filter(const VoxelBlock& block)
-      : block_(block), n_(block.size), rest_(block.rest.begin(), block.rest.end()) {}
+  Filter(const VoxelBlock& block, bool inBall)
+      : block_(block), inBall_(inBall), n_(block.size), rest_(block.rest.begin(), block.rest.end()) {}
 
   FilteredBlock run() {
     const CellQuality before = judge();
@@ -98,14 +98,19 @@ class Filter {
         ++pairs;
       }
       const Vec3 old = before[i].cast<double>();
-      const double radius = block_.rest[i].cast<double>().norm();
-      if (pairs == 0 || !(radius > 0)) continue;
-      const Vec3 filtered = old + 0.6 * weight[i] * (mean / pairs - old);
-      if (filtered.norm() > 0) rest_[i] = (radius / filtered.norm() * filtered).cast<float>();
+      if (pairs == 0) continue;
+      Vec3 filtered = old + 0.6 * weight[i] * (mean / pairs - old);
+      if (inBall_) {
+        const double radius = block_.rest[i].cast<double>().norm();
+        if (!(radius > 0 && filtered.norm() > 0)) continue;
+        filtered *= radius / filtered.norm();
+      }
+      rest_[i] = filtered.cast<float>();
     }
   }
 
   const VoxelBlock& block_;
+  bool inBall_;
   int n_;
   std::vector<Vec3f> rest_;
 };
@@ -135,6 +140,8 @@ std::vector<std::array<int, 3>> deepInvertedCells(const VoxelBlock& block) {
   return found;
 }
 
-FilteredBlock filterInvertedCells(const VoxelBlock& block) { return Filter(block).run(); }
+FilteredBlock filterInvertedCells(const VoxelBlock& block, bool inBall) {
+  return Filter(block, inBall).run();
+}
 
 }  // namespace polestar
