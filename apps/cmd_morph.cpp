@@ -426,8 +426,7 @@ class MorphCommand final : public Command {
     grids.setMetadata("polestar:arguments", session.arguments());
   }
 
-  void writeSurface(std::size_t i, const MorphComplex& complex, const MorphPose& pose,
-                    Session& session) const {
+  void writeSurface(std::size_t i, const MorphComplex& complex, const MorphPose& pose, Session& session) {
     timed("write_mesh", session, [&] {
       writeMesh(meshJobs_[i].output, surfaceOf(complex, pose), session.arguments());
       return 0;
