@@ -6,6 +6,7 @@
 #include <chrono>
 #include <fstream>
 #include <future>
+#include <map>
 
 #include "cli/dry_run.h"
 #include "cli/frame_plan.h"
@@ -98,7 +99,7 @@ class MorphCommand final : public Command {
         ->transform(CLI::CheckedTransformer(kColorNames).description(""))
         ->type_name("WHOSE");
     app.add_flag("--half", options_.half, "Save vel and colors as half floats");
-    size_.addOptions(app, "the box's around all shapes", kDefaultDim);
+    size_.addOptions(app, "the shapes'", kDefaultDim);
     app.add_option("--mesh", mesh_,
                    "Write the surface, too, name.####.ply (.obj .stl .off): the same triangles in all frames")
         ->type_name("FILE");
@@ -325,6 +326,16 @@ class MorphCommand final : public Command {
 
   // --- frames --------------------------------------------------------------------------------------------
 
+  /// Notes the seconds of all frames together.
+  template <class Work>
+  auto timed(const char* name, Session& session, Work&& work) {
+    const auto start = std::chrono::steady_clock::now();
+    auto result = std::forward<Work>(work)();
+    seconds_[name] += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    session.noteSeconds(name, seconds_[name]);
+    return result;
+  }
+
   void makeFrames(const MorphPath& path, const std::vector<MorphTexture>& textures, Session& session) {
     session.json()["frames"] = Json::array();
     session.json()["outputs"] = Json::array();
@@ -332,16 +343,19 @@ class MorphCommand final : public Command {
     std::future<void> writing;  // one frame, while the next is made
     for (std::size_t i = 0; i < jobs_.size(); ++i) {
       const FrameProgress progress(session.context(), i, jobs_.size());
-      const MorphFrame frame = session.timed("pose", [&] {
+      const MorphFrame frame = timed("pose", session, [&] {
         return path.frame(*timeline_, jobs_[i].frame.value_or(0), fps_, session.context());
       });
       Json report{{"frame", jobs_[i].frame ? Json(*jobs_[i].frame) : Json()}, {"weights", frame.weights}};
-      const FrameProof proof = session.timed("prove", [&] { return proveFrame(path.complex(), frame.pose); });
+      const FrameProof proof =
+          timed("prove", session, [&] { return proveFrame(path.complex(), frame.pose); });
       describeProof(proof, report);
       report["mended"] = toMendingJson(frame.mending);
       std::string fault = proof.fault();
       if (!fault.empty() && !keepFailed_) refuse(i, fault, report, session);
-      SolidGrids grids = session.timed("grids", [&] { return makeGrids(path, frame, textures, session); });
+      SolidGrids grids = timed("grids", session, [&] {
+        return morphGrids(path.complex(), frame, textures, options_, session.context());
+      });
       if (const std::string folds = judgeVoxels(grids, report, session); fault.empty()) fault = folds;
       if (!fault.empty() && !keepFailed_) refuse(i, fault, report, session);
       if (failure.empty() && !fault.empty()) failure = frameName(i) + ": " + fault;
@@ -377,17 +391,11 @@ class MorphCommand final : public Command {
                                         "--keep-failed keeps such frames");
   }
 
-  SolidGrids makeGrids(const MorphPath& path, const MorphFrame& frame,
-                       const std::vector<MorphTexture>& textures, Session& session) const {
-    SolidGrids grids = morphGrids(path.complex(), frame, textures, options_, session.context());
-    return grids;
-  }
-
   /// Empty, or what is wrong.
-  static std::string judgeVoxels(SolidGrids& grids, Json& report, Session& session) {
+  std::string judgeVoxels(SolidGrids& grids, Json& report, Session& session) {
     const FilteredGrids filtered =
-        session.timed("filter", [&] { return filterCells(grids, nullptr, session.context()); });
-    const CellQuality cells = session.timed("judge", [&] { return judgeVoxelCells(grids); });
+        timed("filter", session, [&] { return filterCells(grids, nullptr, session.context()); });
+    const CellQuality cells = timed("judge", session, [&] { return judgeVoxelCells(grids); });
     report["voxels"] = cells.voxels;
     report["voxel_cells"] = {{"cells", cells.cells},
                              {"inverted", cells.inverted},
@@ -418,9 +426,8 @@ class MorphCommand final : public Command {
     grids.setMetadata("polestar:arguments", session.arguments());
   }
 
-  void writeSurface(std::size_t i, const MorphComplex& complex, const MorphPose& pose,
-                    Session& session) const {
-    session.timed("write_mesh", [&] {
+  void writeSurface(std::size_t i, const MorphComplex& complex, const MorphPose& pose, Session& session) {
+    timed("write_mesh", session, [&] {
       writeMesh(meshJobs_[i].output, surfaceOf(complex, pose), session.arguments());
       return 0;
     });
@@ -440,6 +447,7 @@ class MorphCommand final : public Command {
 
   std::vector<FrameJob> jobs_, shotJobs_, meshJobs_;
   std::optional<MorphTimeline> timeline_;
+  std::map<std::string, double> seconds_;
 };
 
 }  // namespace

@@ -15,6 +15,7 @@
 
 #include "polestar/core/version.h"
 #include "polestar/map/alignment.h"
+#include "polestar/map/ball_motion.h"
 #include "polestar/map/surface_points.h"
 #include "polestar/mesh/bisect.h"
 #include "polestar/mesh/shapes.h"
@@ -139,10 +140,16 @@ DomainMap mapToDomain(const BallMap& solid, const PolycubeFit& fit, const MapOpt
   MapOptions ofDomain = options;
   ofDomain.green.tolerance = std::max(options.green.tolerance, kDomainTolerance);
   BallMap domain = mapToBall(shape, ofDomain, context, timings);
-  LandmarkMatch match = alignedMotion(solid, domain, fit.axes.transpose(), {.refine = getenv("PSI")?false:true}, context);
-  if (getenv("PSI") && std::string(getenv("PSI"))=="rot") match.motion = std::make_shared<BallMotion>(Mat3(fit.axes.transpose()));
+  // Both charts are canonical where the boundary is `field-line`: where two solids are alike, so are their potentials
+  // and field lines, and all that is left between the balls is how the axes lie.
+  std::shared_ptr<const VolumeMap> motion;
+  if (domain.sphere().kind == SphereMapKind::fieldLine && solid.sphere().kind == SphereMapKind::fieldLine) {
+    motion = std::make_shared<BallMotion>(Mat3(fit.axes.transpose()));
+  } else {
+    motion = alignedMotion(solid, domain, fit.axes.transpose(), {}, context).motion;
+  }
   const bool isCube = fit.polycube.cells().size() == 1;
-  return {solid, match.motion, std::move(domain),
+  return {solid, std::move(motion), std::move(domain),
           DomainShape{isCube ? "cube" : "polycube", toText(fit.polycube), fit.polycube.cellSide(), fit.axes,
                       fit.unit, fit.overlap}};
 }

