@@ -134,7 +134,8 @@ void describeMap(const fs::path& path, Session& session) {
     rows.push_back({"balance volume", shortNumber(weight.get<double>())});
   if (header.contains("domain_shape")) {
     const Json& shape = header["domain_shape"];
-    rows.push_back({"domain cells", "of side " + shortNumber(shape.value("cell_side", 0.0)) + "; overlap with the solid " +
+    rows.push_back({"domain cells", "of side " + shortNumber(shape.value("cell_side", 0.0)) +
+                                        "; overlap with the solid " +
                                         shortNumber(shape.value("overlap", 0.0))});
   }
   for (const Json& array : header.value("arrays", Json::array())) {

@@ -145,14 +145,12 @@ class MapCommand final : public Command {
     const Box box = boundingBox(ball.chart().green().shape().surface().mesh());
     const double voxel = size_.voxelSize(box);
     SolidGrids grids = session.timed("sample", [&] { return sample(map, voxel, session); });
-    const FilteredGrids filtered = session.timed("filter", [&] {
-      return filterCells(grids, map.domain ? &*map.domain : nullptr, context);
-    });
+    const FilteredGrids filtered = session.timed(
+        "filter", [&] { return filterCells(grids, map.domain ? &*map.domain : nullptr, context); });
     session.json()["filtered"] = {{"voxels", filtered.voxels},
                                   {"inverted_before", filtered.invertedBefore},
                                   {"largest_move_ball", filtered.largestMove}};
-    const Certificate certificate =
-        session.timed("certify", [&] { return map.certify(grids, context); });
+    const Certificate certificate = session.timed("certify", [&] { return map.certify(grids, context); });
     describeCertificate(certificate, voxel, session);
 
     const Check* failure = certificate.firstFailure();
@@ -286,8 +284,9 @@ class MapCommand final : public Command {
     const Json& domain = json["domain"];
     const Json& bands = domain["distortion_by_edge_distance"];
     const auto mips = [](const Json& band) { return shortNumber(band["mips_mean"].get<double>()); };
-    return domain["kind"].get<std::string>() + ", " + counted(domain["cells"].get<std::uint64_t>(), "cell", "cells") +
-           " with " + counted(domain["corners"].get<std::uint64_t>(), "corner", "corners") + ", overlap " +
+    return domain["kind"].get<std::string>() + ", " +
+           counted(domain["cells"].get<std::uint64_t>(), "cell", "cells") + " with " +
+           counted(domain["corners"].get<std::uint64_t>(), "corner", "corners") + ", overlap " +
            shortNumber(domain["overlap"].get<double>()) + ", center " +
            shortNumber(domain["margin_cells"].get<double>()) + " cells from the nearest face's plane; MIPS " +
            mips(bands.front()) + " within 0.05 cells of its edges, " + mips(bands.back()) +

@@ -150,8 +150,8 @@ class TransferCommand final : public Command {
     addAlignmentInputs(alignment_, session);
   }
 
-  /// The ball coordinates that `map` has written and judged: not those of a file without its map, which has just
-  /// got another one, nor those that were resampled since, nor those in a polycube.
+  /// The ball coordinates that `map` has written and judged: not those of a file without its map, which has
+  /// just got another one, nor those that were resampled since, nor those in a polycube.
   void readMapped(Session& session) {
     if (!fs::exists(mapFileBeside(target_))) return;
     const std::vector<GridHeader> headers = readGridHeaders(target_);

@@ -4,8 +4,8 @@
 
 #include "cli/text.h"
 #include "polestar/core/error.h"
-#include "polestar/map/composed_map.h"
 #include "polestar/map/ball_motion.h"
+#include "polestar/map/composed_map.h"
 #include "polestar/map/distortion.h"
 #include "polestar/map/shell_map.h"
 #include "polestar/polycube/polycube_text.h"
@@ -68,9 +68,10 @@ void DomainChoices::validate() const {
 void addDomainOptions(CLI::App& app, DomainChoices& choices) {
   static const std::map<std::string, DomainChoice> kDomains{
       {"ball", DomainChoice::ball}, {"cube", DomainChoice::cube}, {"polycube", DomainChoice::polycube}};
-  app.add_option("--domain", choices.domain,
-                 "Where the coordinates live: ball (default), cube ([-1, 1]^3), or polycube, cells of a cubic "
-                 "lattice that resemble the solid")
+  app.add_option(
+         "--domain", choices.domain,
+         "Where the coordinates live: ball (default), cube ([-1, 1]^3), or polycube, cells of a cubic "
+         "lattice that resemble the solid")
       ->transform(CLI::CheckedTransformer(kDomains).description(""))
       ->type_name("KIND");
   app.add_option("--cells", choices.cells,
@@ -110,7 +111,8 @@ std::optional<DomainMap> makeDomainMap(const BallMap& map, const MapChoices& map
       {"corners", fit.polycube.corners()},
       {"margin_cells", fit.polycube.margin()},
       {"overlap", shape.overlap},
-      {"axes", {toJson(Vec3(shape.axes.col(0))), toJson(Vec3(shape.axes.col(1))), toJson(Vec3(shape.axes.col(2)))}},
+      {"axes",
+       {toJson(Vec3(shape.axes.col(0))), toJson(Vec3(shape.axes.col(1))), toJson(Vec3(shape.axes.col(2)))}},
       {"unit", shape.unit},
       {"vertices", ball.chart().foliation().vertexCount},
       {"boundary_error", ball.chart().green().boundaryError().max},

@@ -15,10 +15,10 @@ enum class DomainChoice { ball, cube, polycube };
 
 struct DomainChoices {
   DomainChoice domain = DomainChoice::ball;
-  std::optional<int> cells;         ///< along the longest side
-  std::optional<double> overlap;    ///< fewest corners with as much
-  std::filesystem::path polycube;   ///< a file of cells; empty: found
-  std::optional<Vec3> axes;         ///< degrees about x, y, z that turn the domain's axes; nothing: the best
+  std::optional<int> cells;        ///< along the longest side
+  std::optional<double> overlap;   ///< fewest corners with as much
+  std::filesystem::path polycube;  ///< a file of cells; empty: found
+  std::optional<Vec3> axes;        ///< degrees about x, y, z that turn the domain's axes; nothing: the best
 
   /// @throws Error{Errc::usage} for choices that have no effect.
   void validate() const;

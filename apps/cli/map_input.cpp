@@ -26,12 +26,12 @@ void addMapOptions(CLI::App& app, MapChoices& choices) {
                                                            {"mfs", GreenSolver::mfs}};
   static const std::map<std::string, MfsMode> kMfsModes{{"paper", MfsMode::paper},
                                                         {"smooth", MfsMode::smooth}};
-  app.add_option(
-         "--boundary", choices.boundary,
-         "How the surface goes onto the sphere: conformal (default) keeps angles of the surface, "
-         "field-line the directions in which field lines leave the center (best for hexahedra, and the default "
-         "of cubes and polycubes), balanced "
-         "distorts the solid least (best for textures), radial projects from the center")
+  app.add_option("--boundary", choices.boundary,
+                 "How the surface goes onto the sphere: conformal (default) keeps angles of the surface, "
+                 "field-line the directions in which field lines leave the center (best for hexahedra, and "
+                 "the default "
+                 "of cubes and polycubes), balanced "
+                 "distorts the solid least (best for textures), radial projects from the center")
       ->transform(CLI::CheckedTransformer(kBoundaries).description(""))
       ->type_name("KIND");
   app.add_option(

@@ -13,8 +13,8 @@ namespace polestar::cli {
 
 struct MapChoices {
   std::optional<SphereMapKind> boundary;  ///< nothing: conformal
-  std::optional<RadiusKind> radius;     ///< nothing: what suits the boundary
-  std::optional<double> balanceVolume;  ///< nothing: the library's default
+  std::optional<RadiusKind> radius;       ///< nothing: what suits the boundary
+  std::optional<double> balanceVolume;    ///< nothing: the library's default
   CoreMode core = CoreMode::smooth;
   GreenSolver solver = GreenSolver::layer;
   MfsMode mfs = MfsMode::paper;
@@ -28,7 +28,8 @@ struct MapChoices {
 /// --center.
 void addMapOptions(CLI::App& app, MapChoices& choices);
 
-/// What the library makes of them. @throws Error{Errc::usage} for a weight of volumes where nothing is balanced.
+/// What the library makes of them. @throws Error{Errc::usage} for a weight of volumes where nothing is
+/// balanced.
 MapOptions toMapOptions(const MapChoices& choices);
 
 /// The weight of volumes that a map made by `choices` has; nothing where neither boundary nor radius is

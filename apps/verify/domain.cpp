@@ -11,7 +11,7 @@
 namespace polestar::verify {
 namespace {
 
-constexpr int kFarthest = 4096;        // from the origin, of a cell
+constexpr int kFarthest = 4096;       // from the origin, of a cell
 constexpr double kMostCells = 2.7e8;  // of the box around them
 
 struct Block {
@@ -84,7 +84,8 @@ Domain::Domain(const std::string& cells, double side) : side_(side) {
 std::size_t Domain::slot(const Cell& cell) const {
   std::size_t at = 0;
   for (std::size_t k = 0; k < 3; ++k)
-    at = at * static_cast<std::size_t>(last_[k] - first_[k] + 1) + static_cast<std::size_t>(cell[k] - first_[k]);
+    at = at * static_cast<std::size_t>(last_[k] - first_[k] + 1) +
+         static_cast<std::size_t>(cell[k] - first_[k]);
   return at;
 }
 
@@ -95,8 +96,8 @@ bool Domain::hasCell(const Cell& cell) const {
   return filled_[slot(cell)] != 0;
 }
 
-// A ray from the origin crosses, on each axis, cells of rising distance alone. So it leaves a set of cells once
-// when every cell has its neighbours towards 0.
+// A ray from the origin crosses, on each axis, cells of rising distance alone. So it leaves a set of cells
+// once when every cell has its neighbours towards 0.
 std::string Domain::defect() const {
   if (isBall()) return "";
   if (!hasCell({0, 0, 0})) return "cell (0, 0, 0) is missing";

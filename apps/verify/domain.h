@@ -1,6 +1,6 @@
 #pragma once
-// What `rest` maps onto: the unit ball, or a union of the cells of a cubic lattice that is star-shaped about the
-// middle of its cell (0, 0, 0).
+// What `rest` maps onto: the unit ball, or a union of the cells of a cubic lattice that is star-shaped about
+// the middle of its cell (0, 0, 0).
 
 #include <array>
 #include <string>
@@ -14,8 +14,8 @@ class Domain {
  public:
   /// The unit ball about the origin.
   Domain() = default;
-  /// Cells of side `side`, the origin in the middle of cell (0, 0, 0); `cells` as the files name them: "i j k"
-  /// or "i:i' j k" for a row of them, blocks likewise, with semicolons or line ends between.
+  /// Cells of side `side`, the origin in the middle of cell (0, 0, 0); `cells` as the files name them: "i j
+  /// k" or "i:i' j k" for a row of them, blocks likewise, with semicolons or line ends between.
   /// @throws Unreadable for text that names no cells, or too many.
   Domain(const std::string& cells, double side);
 

@@ -108,9 +108,8 @@ class Sides {
 
 /// What keeps the triangles from being a closed, connected, oriented surface of genus 0 whose vertices are
 /// all used, each in one fan; empty when nothing does.
-std::string surfaceDefect(const BallMapContents& map) {
-  const std::size_t vertices = map.vertices.size();
-  const Sides sides(map.triangles);
+std::string surfaceDefect(std::size_t vertices, const std::vector<Triangle>& triangles) {
+  const Sides sides(triangles);
   // Fans: the sides that leave a vertex, each joined with the next one around it, over the triangle between.
   Sets fans(sides.count()), pieces(vertices);
   std::size_t used = 0;
@@ -122,7 +121,7 @@ std::string surfaceDefect(const BallMapContents& map) {
     }
     const std::size_t twin = sides.find(to, from);
     if (twin == sides.count()) return sides.name(i) + " has no neighbour";
-    const Triangle& v = map.triangles[sides[twin].triangle];
+    const Triangle& v = triangles[sides[twin].triangle];
     const auto corner = static_cast<std::size_t>(std::find(v.begin(), v.end(), from) - v.begin());
     fans.join(i, sides.find(from, v[(corner + 1) % 3]));
     pieces.join(static_cast<std::size_t>(from), static_cast<std::size_t>(to));
@@ -133,31 +132,31 @@ std::string surfaceDefect(const BallMapContents& map) {
     return std::to_string(fans.count() - vertices) + " vertices join parts that touch in a point";
   }
   if (pieces.count() != 1) return "it has " + std::to_string(pieces.count()) + " pieces";
-  const auto euler = static_cast<std::int64_t>(vertices + map.triangles.size()) -
-                     static_cast<std::int64_t>(sides.count() / 2);
+  const auto euler =
+      static_cast<std::int64_t>(vertices + triangles.size()) - static_cast<std::int64_t>(sides.count() / 2);
   return euler == 2 ? "" : "its Euler number is " + std::to_string(euler) + ", not 2";
 }
 
 /// Triangles of level 0 whose cone does not open outward.
-Count badCones(const BallMapContents& map, const std::vector<Vec3>& nodes) {
-  return countIf(map.triangles.size(), [&](std::size_t i) {
-    const Triangle& t = map.triangles[i];
+Count badCones(const std::vector<Triangle>& triangles, const std::vector<Vec3>& nodes) {
+  return countIf(triangles.size(), [&](std::size_t i) {
+    const Triangle& t = triangles[i];
     return signOfDeterminant(nodes[t[0]], nodes[t[1]], nodes[t[2]]) <= 0;
   });
 }
 
 /// How many cones of level 0 hold one direction that lies on the rim of none, those that turn inward taken
 /// away; 0, too, when no such direction was found.
-int conesOverADirection(const BallMapContents& map, const std::vector<Vec3>& nodes) {
-  for (std::size_t attempt = 0; attempt < 16 && !map.triangles.empty(); ++attempt) {
-    const Triangle& t = map.triangles[attempt * map.triangles.size() / 16];
+int conesOverADirection(const std::vector<Triangle>& triangles, const std::vector<Vec3>& nodes) {
+  for (std::size_t attempt = 0; attempt < 16 && !triangles.empty(); ++attempt) {
+    const Triangle& t = triangles[attempt * triangles.size() / 16];
     // Any direction will do, so its rounding does not matter; inside a cone it is rarely on a rim.
     const double share = 0.41 - 0.01 * static_cast<double>(attempt);
     const Vec3 direction = share * nodes[t[0]] + 0.33 * nodes[t[1]] + (0.67 - share) * nodes[t[2]];
     if (!isFinite(direction)) continue;
     bool onRim = false;
     int cones = 0;
-    for (const Triangle& other : map.triangles) {
+    for (const Triangle& other : triangles) {
       const Vec3 &a = nodes[other[0]], &b = nodes[other[1]], &c = nodes[other[2]];
       const int sides[3] = {signOfDeterminant(direction, b, c), signOfDeterminant(a, direction, c),
                             signOfDeterminant(a, b, direction)};
@@ -257,7 +256,9 @@ void judgeLevels(const BallMapContents& map, Report& report) {
 
 }  // namespace
 
-std::size_t cellCount(const BallMapContents& map) { return (3 * (map.levels - 1) + 1) * map.triangles.size(); }
+std::size_t cellCount(const BallMapContents& map) {
+  return (3 * (map.levels - 1) + 1) * map.triangles.size();
+}
 
 std::array<std::size_t, 4> cellNodes(const BallMapContents& map, std::size_t cell) {
   const std::size_t n = map.vertices.size(), triangles = map.triangles.size();
@@ -298,7 +299,7 @@ void judgeBallMap(const BallMapContents& map, Report& report) {
     if (!frame) report.atMost("frame", 1, 0, true, "center or unit are no finite numbers, unit > 0");
     return;
   }
-  const std::string defect = surfaceDefect(map);
+  const std::string defect = surfaceDefect(map.vertices.size(), map.triangles);
   report.atMost("surface_closed", defect.empty() ? 0 : 1, 0, true,
                 defect.empty() ? "the surface is closed, oriented, manifold, connected, of genus 0"
                                : "the surface is not a closed manifold of genus 0: " + defect);
@@ -311,11 +312,11 @@ void judgeBallMap(const BallMapContents& map, Report& report) {
   for (const Placement& p :
        {Placement{"surface_star", "surface_degree", "cells_solid", "the solid", map.nodes},
         Placement{"ball_star", "ball_degree", "cells_ball", "the ball", map.ball}}) {
-    const Count cones = badCones(map, p.nodes);
+    const Count cones = badCones(map.triangles, p.nodes);
     report.atMost(p.cones, static_cast<double>(cones.bad), 0, true,
                   ofTotal(cones.bad, map.triangles.size(), "boundary triangles turn away in ") + p.name +
                       (cones.bad ? "; the first is " + std::to_string(cones.first) : ""));
-    const int degree = conesOverADirection(map, p.nodes);
+    const int degree = conesOverADirection(map.triangles, p.nodes);
     report.near(p.degree, degree, 1, 0, true,
                 "boundary triangles cover a direction " + std::to_string(degree) + " times in " + p.name);
     const Count cells = badCells(map, p.nodes);
@@ -326,15 +327,16 @@ void judgeBallMap(const BallMapContents& map, Report& report) {
   judgeLevels(map, report);
 }
 
-/// Triangles that do not lie in one square between a cell of the domain and a place without one. Vertices are at
-/// halves and quarters ... of cells, which doubles hold up to rounding.
+/// Triangles that do not lie in one square between a cell of the domain and a place without one. Vertices are
+/// at halves and quarters ... of cells, which doubles hold up to rounding.
 Count offTheCells(const Domain& shape, const BallMapContents& map) {
   constexpr double kOff = 1e-9;  // of a cell
   return countIf(map.triangles.size(), [&](std::size_t i) {
     const Triangle& t = map.triangles[i];
     Vec3 corners[3], middle;
     for (int c = 0; c < 3; ++c) {
-      corners[c] = (1 / shape.side()) * map.vertices[static_cast<std::size_t>(t[static_cast<std::size_t>(c)])];
+      corners[c] =
+          (1 / shape.side()) * map.vertices[static_cast<std::size_t>(t[static_cast<std::size_t>(c)])];
       middle = middle + (1.0 / 3) * corners[c];
     }
     const Vec3 normal = cross(corners[1] - corners[0], corners[2] - corners[0]);
@@ -361,8 +363,57 @@ Count offTheCells(const Domain& shape, const BallMapContents& map) {
   });
 }
 
-/// Closed, oriented and of genus 0, with every triangle in a square of the cells' boundary, turned outward, and
-/// winding around the center once: the boundary itself.
+/// Whether a triangle of the table keeps its orientation for all s in [from, to], its corners at (1 - s)
+/// start + s end: the determinant is a cubic polynomial of s, and its Bernstein coefficients enclose it.
+bool keepsTurn(const std::array<Vec3, 3>& start, const std::array<Vec3, 3>& end, int depth) {
+  constexpr double kRoundoff = 1e-14;  // of determinants of vectors of length 1 or less
+  const auto& [a, b, c] = start;
+  const auto& [p, q, r] = end;
+  const double coefficients[4] = {det(a, b, c), (det(p, b, c) + det(a, q, c) + det(a, b, r)) / 3,
+                                  (det(a, q, r) + det(p, b, r) + det(p, q, c)) / 3, det(p, q, r)};
+  const auto [least, most] = std::minmax_element(coefficients, coefficients + 4);
+  if (*least > kRoundoff) return true;
+  if (!(coefficients[0] > 0 && coefficients[3] > 0) || *most <= kRoundoff || depth == 0) return false;
+  std::array<Vec3, 3> middle;
+  for (std::size_t k = 0; k < 3; ++k) middle[k] = 0.5 * (start[k] + end[k]);
+  return keepsTurn(start, middle, depth - 1) && keepsTurn(middle, end, depth - 1);
+}
+
+/// A tiling of the sphere whose triangles keep their orientation all the way from the rotation, a
+/// homeomorphism, to where the table takes them: the degree stays 1, and a map of degree 1 that turns no
+/// triangle over is one to one.
+void judgeTable(const BallMotion& m, Report& report) {
+  constexpr int kHalvings = 24;
+  const std::string defect = surfaceDefect(m.from.size(), m.triangles);
+  report.atMost("motion_closed", defect.empty() ? 0 : 1, 0, true,
+                defect.empty() ? "the motion's triangles are a closed surface of genus 0"
+                               : "the motion's triangles are no closed surface of genus 0: " + defect);
+  if (!defect.empty()) return;
+  const Count cones = badCones(m.triangles, m.from);
+  report.atMost("motion_from", static_cast<double>(cones.bad), 0, true,
+                ofTotal(cones.bad, m.triangles.size(), "triangles of the motion turn away from the start"));
+  const int degree = conesOverADirection(m.triangles, m.from);
+  report.near("motion_degree", degree, 1, 0, true,
+              "triangles of the motion cover a direction " + std::to_string(degree) + " times");
+  const Count turned = countIf(m.triangles.size(), [&](std::size_t i) {
+    std::array<Vec3, 3> start, end;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto v = static_cast<std::size_t>(m.triangles[i][k]);
+      start[k] = {dot(m.rotation[0], m.from[v]), dot(m.rotation[1], m.from[v]),
+                  dot(m.rotation[2], m.from[v])};
+      end[k] = m.to[v];
+    }
+    return !keepsTurn(start, end, kHalvings);
+  });
+  report.atMost("motion_turns", static_cast<double>(turned.bad), 0, false,
+                ofTotal(turned.bad, m.triangles.size(),
+                        "triangles of the motion may turn over on the way from the "
+                        "rotation to the table") +
+                    (turned.bad ? "; the first is " + std::to_string(turned.first) : ""));
+}
+
+/// Closed, oriented and of genus 0, with every triangle in a square of the cells' boundary, turned outward,
+/// and winding around the center once: the boundary itself.
 void judgeDomain(const DomainContents& domain, Report& report) {
   const std::string defect = domain.shape.defect();
   report.atMost("domain", defect.empty() ? 0 : 1, 0, true,
@@ -378,8 +429,9 @@ void judgeDomain(const DomainContents& domain, Report& report) {
   for (const auto& [name, value] : ofMap.facts) report.facts.emplace_back("domain_" + name, value);
   const Count off = offTheCells(domain.shape, domain.map);
   report.atMost("domain_cells", static_cast<double>(off.bad), 0, false,
-                ofTotal(off.bad, domain.map.triangles.size(), "triangles of the domain's surface are no part of "
-                                                              "its cells' boundary") +
+                ofTotal(off.bad, domain.map.triangles.size(),
+                        "triangles of the domain's surface are no part of "
+                        "its cells' boundary") +
                     (off.bad ? "; the first is " + std::to_string(off.first) : ""));
 
   const BallMotion& m = domain.motion;
@@ -391,11 +443,12 @@ void judgeDomain(const DomainContents& domain, Report& report) {
   if (!(det(m.rotation[0], m.rotation[1], m.rotation[2]) > 0)) skew = kInfinity;
   report.atMost("motion_rotation", skew, kRounding, false,
                 "the motion's rotation is off one by " + shortNumber(skew));
-  const double pull = length(m.pull);
   const bool core = m.coreRadius >= 0 && m.coreRadius < 1;
-  report.atMost("motion_pull", core ? pull : kInfinity, 1 - 1e-9, false,
-                "the motion's pull is " + shortNumber(pull) + " long, its core's radius " +
-                    shortNumber(m.coreRadius));
+  report.atMost("motion_core", core ? 0 : 1, 0, false,
+                "the motion's core has the radius " + shortNumber(m.coreRadius));
+  if (!m.from.empty()) return judgeTable(m, report);
+  const double pull = length(m.pull);
+  report.atMost("motion_pull", pull, 1 - 1e-9, false, "the motion's pull is " + shortNumber(pull) + " long");
 }
 
 }  // namespace

@@ -46,10 +46,12 @@
 
 namespace polestar::verify {
 
-// A map into a polycube P is three maps in a row, M onto a ball, the ball onto itself, a ball onto P backward; it is
-// a homeomorphism when all three are. The theorem is asked of both ball maps, the names of the checks of the second
-// begin with `domain_`; its solid has to be the union of the cells that the file names; and the motion between the
-// balls, a rotation times a Moebius transformation on every shell, is one to one as long as its pull is below 1.
+// A map into a polycube P is three maps in a row, M onto a ball, the ball onto itself, a ball onto P
+// backward; it is a homeomorphism when all three are. The theorem is asked of both ball maps, the names of
+// the checks of the second begin with `domain_`; its solid has to be the union of the cells that the file
+// names; and the motion between the balls is a rotation times a Moebius transformation on every shell, which
+// is one to one as long as its pull is below 1, or a table whose triangles keep their orientation on all
+// shells.
 
 /// Parallel, linear in the cells: about 0.1 us a tetrahedron.
 Report judgePmap(const PmapContents& map);

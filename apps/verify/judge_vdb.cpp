@@ -98,10 +98,14 @@ void judgeBoundary(const VoxelSolid& solid, const std::vector<std::uint16_t>& de
   report.atMost("surface", static_cast<double>(boundary.tooDeep), 0, false,
                 std::to_string(boundary.tooDeep) + " of " + std::to_string(boundary.rim) +
                     " voxels beside the outside lie more than a voxel's diagonal below the surface");
-  report.near("boundary", boundary.median, 1, 0.05, false,
-              gaugeName(solid) + " continued to the surface is " + shortNumber(boundary.median) + " in the median");
-  report.atLeast("boundary_everywhere", boundary.low, 0.85, false,
-                 gaugeName(solid) + " continued to the surface is above " + shortNumber(boundary.low) + " at 99 % of it");
+  report.near(
+      "boundary", boundary.median, 1, 0.05, false,
+      gaugeName(solid) + " continued to the surface is " + shortNumber(boundary.median) + " in the median");
+  // Towards a convex edge of a polycube what is left of the way out falls as the root of the depth, and a
+  // straight line from a voxel's depth on ends too early.
+  report.atLeast("boundary_everywhere", boundary.low, solid.domain.isBall() ? 0.85 : 0.7, false,
+                 gaugeName(solid) + " continued to the surface is above " + shortNumber(boundary.low) +
+                     " at 99 % of it");
 }
 
 void judgeHarmonicity(const VoxelSolid& solid, const std::vector<std::uint16_t>& depth, Report& report) {
@@ -189,7 +193,7 @@ Report judgeVdb(const VoxelSolid& solid) {
   report.facts.emplace_back("voxels", solid.count());
   const std::string defect = solid.domain.defect();
   report.atMost("domain", defect.empty() ? 0 : 1, 0, true,
-                !defect.empty()          ? "the domain is not star-shaped: " + defect
+                !defect.empty()         ? "the domain is not star-shaped: " + defect
                 : solid.domain.isBall() ? "the domain is the ball"
                                         : "the domain has " + std::to_string(solid.domain.cellCount()) +
                                               " cells, star-shaped about the middle of one");
@@ -200,8 +204,9 @@ Report judgeVdb(const VoxelSolid& solid) {
         "green, which a frame of a morph does not have: harmonic_radius, radius, harmonic, field_lines";
   }
   if (!solid.domain.isBall()) {
-    report.notJudged = "whether rest follows the polycube's own Green's function, which is not in the file: radius, "
-                       "field_lines";
+    report.notJudged =
+        "whether rest follows the polycube's own Green's function, which is not in the file: radius, "
+        "field_lines";
   }
   if (!defect.empty() || !judgeValues(solid, report) || !judgeRange(solid, report)) return report;
   const std::vector<std::uint16_t> depth = depths(solid);

@@ -228,10 +228,24 @@ BallMapContents readBallMap(const Bytes& file, const json& header, const std::ve
 DomainContents readDomain(const Bytes& file, const std::vector<Array>& arrays) {
   const json &shape = file.header.at("domain_shape"), &motion = file.header.at("motion");
   DomainContents domain{Domain(shape.at("cells"), shape.at("cell_side")),
-                        readBallMap(file, file.header.at("domain_map"), arraysNamed(arrays, "domain_")), {}};
+                        readBallMap(file, file.header.at("domain_map"), arraysNamed(arrays, "domain_")),
+                        {}};
   for (std::size_t k = 0; k < 3; ++k) domain.motion.rotation[k] = vec3Of(motion.at("rotation").at(k));
-  domain.motion.pull = vec3Of(motion.at("pull"));
   domain.motion.coreRadius = motion.at("core_radius");
+  if (motion.at("kind") == "moebius") {
+    domain.motion.pull = vec3Of(motion.at("pull"));
+    return domain;
+  }
+  if (motion.at("kind") != "table") throw Unreadable("the motion between its balls is of an unknown kind");
+  domain.motion.from = take<Vec3>(arrays, "motion_from", "float64", 0);
+  domain.motion.to = take<Vec3>(arrays, "motion_to", "float64", domain.motion.from.size());
+  domain.motion.triangles = take<Triangle>(arrays, "motion_triangles", "int32", 0);
+  for (const Triangle& t : domain.motion.triangles) {
+    for (const std::int32_t v : t) {
+      if (v < 0 || static_cast<std::size_t>(v) >= domain.motion.from.size())
+        throw Unreadable("a triangle of the motion between its balls names a vertex that is not there");
+    }
+  }
   return domain;
 }
 

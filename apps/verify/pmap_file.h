@@ -19,12 +19,16 @@ namespace polestar::verify {
 
 using Triangle = std::array<std::int32_t, 3>;
 
-/// Of the ball onto itself: x -> |x| R M(x / |x|), R a rotation, M the Moebius transformation of the sphere that
-/// draws all directions towards `pull`, by a share of it in the shells below the surface and not at all in the core.
+/// Of the ball onto itself, sphere by sphere about the center, in the core by the rotation alone. On the
+/// spheres further out either a Moebius transformation besides, which draws all directions towards `pull`, by
+/// a share of it that rises to 1 on the surface; or a table of the sphere: triangles, and where each of their
+/// vertices goes, linear between these and the rotation on the way out of the core.
 struct BallMotion {
   std::array<Vec3, 3> rotation;  ///< rows
-  Vec3 pull;
   double coreRadius = 0;
+  Vec3 pull;                   ///< 0 where there is a table
+  std::vector<Vec3> from, to;  ///< empty where there is none
+  std::vector<Triangle> triangles;
 };
 
 /// Nodes: level * vertices.size() + vertex, levels from the surface (0) inward, and one more for the center.

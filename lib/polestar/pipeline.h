@@ -68,13 +68,14 @@ struct MapTimings {
 BallMap mapToBall(const StarShape& shape, const MapOptions& options = {}, Context& context = Context::quiet(),
                   MapTimings* timings = nullptr);
 
-/// From a solid's ball map to its coordinates in a polycube: maps the polycube by the same options, and brings
-/// the two balls into line so that points of the surfaces which are seen from the center in one direction meet
-/// as nearly as motions let them. `timings`: of the polycube.
+/// From a solid's ball map to its coordinates in a polycube: maps the polycube by the same options, and
+/// brings the two balls into line so that points of the surfaces which are seen from the center in one
+/// direction meet as nearly as motions let them. `timings`: of the polycube.
 ///
-/// Of the boundaries `field-line` serves best, for the solid and the polycube alike (castalia in 159 cells: mean MIPS
-/// 1.20 away from edges, where conformal maps have 1.38): with others the map of the polycube has kinks all along the
-/// field lines that come from its edges, since A then has no derivative there. [docs/method.md, "Cubes and polycubes"]
+/// Of the boundaries `field-line` serves best, for the solid and the polycube alike (castalia in 159 cells:
+/// mean MIPS 1.20 away from edges, where conformal maps have 1.38): with others the map of the polycube has
+/// kinks all along the field lines that come from its edges, since A then has no derivative there.
+/// [docs/method.md, "Cubes and polycubes"]
 /// @throws what mapToBall() throws.
 DomainMap mapToDomain(const BallMap& solid, const PolycubeFit& fit, const MapOptions& options = {},
                       Context& context = Context::quiet(), MapTimings* timings = nullptr);
@@ -94,8 +95,8 @@ SolidGrids gridsOf(const BallMap& map, const GridOptions& options, Context& cont
 /// `rest` in the domain's coordinates; the domain is in the metadata.
 SolidGrids gridsOf(const DomainMap& map, const GridOptions& options, Context& context = Context::quiet());
 
-/// The other way round, for looking up by coordinates: the domain's `surface` and `density`, and `position`, the
-/// point of the solid in mesh units. `options` are in the domain's units.
+/// The other way round, for looking up by coordinates: the domain's `surface` and `density`, and `position`,
+/// the point of the solid in mesh units. `options` are in the domain's units.
 SolidGrids inverseGridsOf(const BallMap& map, const GridOptions& options,
                           Context& context = Context::quiet());
 SolidGrids inverseGridsOf(const DomainMap& map, const GridOptions& options,

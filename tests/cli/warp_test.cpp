@@ -324,7 +324,7 @@ TEST_F(Warp, LandmarksBringTwoSolidsIntoLine) {
   std::ofstream pairs(scratch_ / "pairs.csv");
   pairs << "# star, ball\n0,0,0.9, 0,0,1\n0,0,-0.9, 0,0,-1\n";
   for (int k = 0; k < 3; ++k) {
-    const double angle = 2 * k * std::numbers::pi / 3, turned = angle + 0.35;
+    const double angle = 2 * k * std::numbers::pi / 3, turned = angle + 0.35 + 0.1 * k;
     pairs << std::cos(angle) << ',' << std::sin(angle) << ",0.5, " << 0.9 * std::cos(turned) << ','
           << 0.9 * std::sin(turned) << ",0.4\n";
   }

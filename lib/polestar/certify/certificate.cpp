@@ -162,14 +162,15 @@ SignReport signsOf(const BallMap& map) {
 Check proveMotion(const VolumeMap& motion) {
   if (const auto* shells = dynamic_cast<const ShellMap*>(&motion)) {
     const std::size_t folded = foldedTriangles(shells->table(), shells->rotation()).size();
-    return check(CheckRole::proof, "motion", static_cast<double>(folded), 0,
-                 counted(folded, shells->table().triangles.size(),
-                         "triangles of the motion between the balls turn over on the way from rotation to table"));
+    return check(
+        CheckRole::proof, "motion", static_cast<double>(folded), 0,
+        counted(folded, shells->table().triangles.size(),
+                "triangles of the motion between the balls turn over on the way from rotation to table"));
   }
   const double pull = dynamic_cast<const BallMotion&>(motion).pull().norm();
-  return check(CheckRole::proof, "motion", pull, 1 - 1e-9,
-               "between the balls: a rotation and a Moebius transformation with a pull of " +
-                   formatted("%.3g", pull));
+  return check(
+      CheckRole::proof, "motion", pull, 1 - 1e-9,
+      "between the balls: a rotation and a Moebius transformation with a pull of " + formatted("%.3g", pull));
 }
 
 void conclude(Certificate& certificate, double voxelSize) {

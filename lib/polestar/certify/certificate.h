@@ -74,8 +74,9 @@ struct Certificate {
 /// evaluated, anew. Cost: 0.1 us a cell of the foliation and some 40,000 evaluations of the field.
 Certificate certify(const BallMap& map, const CellQuality& sampled, const RoundTrip& roundTrip,
                     double voxelSize, Context& context = Context::quiet());
-/// A map into another domain than the ball is one to one when both its halves are: the checks of the domain's own
-/// map follow those of the solid's, under names that begin with `domain_`, and `motion` is about what joins them.
+/// A map into another domain than the ball is one to one when both its halves are: the checks of the domain's
+/// own map follow those of the solid's, under names that begin with `domain_`, and `motion` is about what
+/// joins them.
 Certificate certify(const DomainMap& map, const CellQuality& sampled, const RoundTrip& roundTrip,
                     double voxelSize, Context& context = Context::quiet());
 

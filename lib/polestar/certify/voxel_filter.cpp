@@ -17,6 +17,8 @@ class Filter {
   FilteredBlock run() {
     const CellQuality before = judge();
     bool done = before.invertedDeep == 0;
+    std::size_t least = before.invertedDeep;
+    std::vector<Vec3f> best;  // of what is not done
     std::vector<char> bad(rest_.size(), 0);
     for (int rings = 1; rings <= kRings && !done; ++rings) {
       rest_.assign(block_.rest.begin(), block_.rest.end());
@@ -24,11 +26,16 @@ class Filter {
         markBadCells(bad);  // those that invert on the way join in
         smooth(weights(bad, rings));
         const CellQuality now = judge();
-        done = now.invertedDeep == 0 && now.inverted <= before.inverted;
+        if (now.inverted > before.inverted) continue;
+        done = now.invertedDeep == 0;
+        if (inBall_ || now.invertedDeep >= least) continue;
+        least = now.invertedDeep;
+        best = rest_;
       }
     }
     FilteredBlock result;
-    if (!done) rest_.assign(block_.rest.begin(), block_.rest.end());
+    if (!done && best.empty()) rest_.assign(block_.rest.begin(), block_.rest.end());
+    if (!done && !best.empty()) rest_ = std::move(best);
     for (std::size_t i = 0; i < rest_.size(); ++i) {
       if (rest_[i] == block_.rest[i]) continue;
       result.moved.push_back(i);

@@ -22,10 +22,11 @@ struct FilteredBlock {
 
 /// Filters `rest` around the deep inverted cells of a block: each sample moves towards the mean of its six
 /// neighbours. In the ball it keeps its radius, so that iso-surfaces stay where they are; in other domains
-/// (`inBall` false) nothing is special about radii. The weight fades over up to four voxels around those cells. Affine maps stay what they are.
-/// Nothing is moved in the outermost two layers of the block, and nothing at all unless no deep inverted cell
-/// is left and no more cells are inverted than were: what really folds stays folded. Some hundred passes over
-/// the block at most.
+/// (`inBall` false) nothing is special about radii. The weight fades over up to four voxels around those
+/// cells. Affine maps stay what they are. Nothing is moved in the outermost two layers of the block, and
+/// nothing at all unless no deep inverted cell is left (in other domains than the ball: fewer are) and no
+/// more cells are inverted than were: what really folds stays folded. Some hundred passes over the block at
+/// most.
 FilteredBlock filterInvertedCells(const VoxelBlock& block, bool inBall = true);
 
 }  // namespace polestar

@@ -25,8 +25,9 @@ struct DistortionBand {
   Distortion distortion;
 };
 
-/// At some `points` points spread evenly through the solid, by how far their images lie from the nearest edge of the
-/// domain, where its surface turns: up to 0.05, 0.1, 0.2, 0.5 sides of a cell and beyond. About 20 us a point.
+/// At some `points` points spread evenly through the solid, by how far their images lie from the nearest edge
+/// of the domain, where its surface turns: up to 0.05, 0.1, 0.2, 0.5 sides of a cell and beyond. About 20 us
+/// a point.
 std::vector<DistortionBand> distortionByEdges(const DomainMap& map, std::size_t points = 20000);
 
 }  // namespace polestar

@@ -34,7 +34,8 @@ void moveBall(const VolumeMap& motion, bool backward, std::span<Vec3> ball) {
 
 }  // namespace
 
-DomainMap::DomainMap(BallMap solid, std::shared_ptr<const VolumeMap> motion, BallMap domain, DomainShape shape)
+DomainMap::DomainMap(BallMap solid, std::shared_ptr<const VolumeMap> motion, BallMap domain,
+                     DomainShape shape)
     : solid_(std::move(solid)),
       motion_(std::move(motion)),
       domain_(std::move(domain)),
@@ -42,7 +43,8 @@ DomainMap::DomainMap(BallMap solid, std::shared_ptr<const VolumeMap> motion, Bal
       solidSurface_(solid_),
       domainSurface_(domain_) {
   if (!dynamic_cast<const BallMotion*>(motion_.get()) && !dynamic_cast<const ShellMap*>(motion_.get()))
-    throw Error(Errc::usage, "between the balls of a solid and its domain there is a BallMotion or a ShellMap");
+    throw Error(Errc::usage,
+                "between the balls of a solid and its domain there is a BallMotion or a ShellMap");
 }
 
 void DomainMap::forward(std::span<const Vec3> solid, std::span<Vec3> domain) const {

@@ -3,8 +3,8 @@
 // solid M and the domain P mapped onto the ball, psi bringing the two balls into line. [Xia 2010, sec. 4.2,
 // algorithm 2, whose composition is written the other way round]
 //
-// Where the domain has edges f is a homeomorphism and no diffeomorphism: towards a convex edge of P its Green's
-// function vanishes faster than at a face, towards a reentrant one more slowly.
+// Where the domain has edges f is a homeomorphism and no diffeomorphism: towards a convex edge of P its
+// Green's function vanishes faster than at a face, towards a reentrant one more slowly.
 
 #include <memory>
 #include <string>
@@ -16,20 +16,20 @@ namespace polestar {
 
 /// What a domain is, besides a solid with a map.
 struct DomainShape {
-  std::string kind;      ///< "cube" or "polycube"
-  std::string cells;     ///< of the polycube, as its text has them (polycube/polycube.h)
-  double cellSide = 2;   ///< domain units
+  std::string kind;   ///< "cube" or "polycube"
+  std::string cells;  ///< of the polycube, as its text has them (polycube/polycube_text.h), lines ended by ;
+  double cellSide = 2;           ///< domain units
   Mat3 axes = Mat3::Identity();  ///< columns: the domain's axes in the solid's world, before psi
-  double unit = 1;       ///< mesh units that a domain unit stands for where the domain lies over the solid
-  double overlap = 1;    ///< volume of their intersection over that of their union, lying so
+  double unit = 1;     ///< mesh units that a domain unit stands for where the domain lies over the solid
+  double overlap = 1;  ///< volume of their intersection over that of their union, lying so
 };
 
 /// Cheap to copy. Frames: points of the solid in mesh units, of the domain in domain units (origin at its
 /// center, axes of its lattice, its box two long).
 class DomainMap final : public VolumeMap {
  public:
-  /// `motion`: of the solid's ball onto the domain's; a BallMotion or a ShellMap, of which it is known that they keep
-  /// spheres about the center and are one to one, and which files can hold.
+  /// `motion`: of the solid's ball onto the domain's; a BallMotion or a ShellMap, of which it is known that
+  /// they keep spheres about the center and are one to one, and which files can hold.
   /// @throws Error{Errc::usage} for another kind.
   DomainMap(BallMap solid, std::shared_ptr<const VolumeMap> motion, BallMap domain, DomainShape shape);
 
@@ -39,8 +39,8 @@ class DomainMap final : public VolumeMap {
   /// By the chain rule; NaN outside and where a derivative of the domain's map is singular.
   void jacobian(std::span<const Vec3> solid, std::span<Mat3> derivative) const override;
 
-  /// forward(), continued outside the solid by f(q) |x - c| / |q - c|, q where the ray from the center through
-  /// x leaves the solid; and G of the solid (1 / mesh units; 0 outside, +infinity at the center).
+  /// forward(), continued outside the solid by f(q) |x - c| / |q - c|, q where the ray from the center
+  /// through x leaves the solid; and G of the solid (1 / mesh units; 0 outside, +infinity at the center).
   void sample(std::span<const Vec3> solid, std::span<Vec3> domain, std::span<double> green) const;
   /// inverse(), continued outside the domain in the same way.
   void sampleInverse(std::span<const Vec3> domain, std::span<Vec3> solid) const;

@@ -242,7 +242,8 @@ json describe(const BallMap& map) {
 
 json describeMotion(const VolumeMap& motion) {
   if (const auto* shells = dynamic_cast<const ShellMap*>(&motion))
-    return {{"kind", "table"}, {"core_radius", shells->coreRadius()}};
+    return {
+        {"kind", "table"}, {"rotation", toJson(shells->rotation())}, {"core_radius", shells->coreRadius()}};
   const auto& moebius = dynamic_cast<const BallMotion&>(motion);
   return {{"kind", "moebius"},
           {"rotation", toJson(moebius.rotation())},
@@ -261,8 +262,10 @@ json describe(const BallMap& map, const DomainMap* domain, const MapProvenance& 
   if (!domain) return header;
   const DomainShape& shape = domain->shape();
   header["domain"] = shape.kind;
-  header["domain_shape"] = {{"cells", shape.cells},         {"cell_side", shape.cellSide},
-                            {"axes", toJson(shape.axes)},   {"unit", shape.unit},
+  header["domain_shape"] = {{"cells", shape.cells},
+                            {"cell_side", shape.cellSide},
+                            {"axes", toJson(shape.axes)},
+                            {"unit", shape.unit},
                             {"overlap", shape.overlap}};
   header["domain_map"] = describe(domain->domain());
   header["motion"] = describeMotion(domain->motion());
@@ -514,8 +517,7 @@ BallMap restore(const Part& part) {
   sphere.fallbackReason = s.at("fallback");
   const BallMapOptions options{header.at("core") == "smooth" ? CoreMode::smooth : CoreMode::paper,
                                header.at("core_radius")};
-  NodeImages images{part.take<Vec3>("ball", 3, nodes),
-                    part.take<std::size_t>("linear_nodes", 1, 0)};
+  NodeImages images{part.take<Vec3>("ball", 3, nodes), part.take<std::size_t>("linear_nodes", 1, 0)};
   checkNodes(images.linear, nodes, path);
   return BallMap(GreenChart(std::move(data)), std::move(sphere), options, toRadiusProfile(header, path),
                  std::move(images), takeBends(part, nodes));
@@ -590,7 +592,8 @@ std::string write(const std::filesystem::path& path, const BallMap& map, const D
 
   writeAtomically(path, [&](const std::filesystem::path& temporary) {
     std::ofstream out(temporary, std::ios::binary);
-    const std::uint32_t format = domain ? kFormat : kBallFormat, length = static_cast<std::uint32_t>(text.size());
+    const std::uint32_t format = domain ? kFormat : kBallFormat,
+                        length = static_cast<std::uint32_t>(text.size());
     out.write(kMagic, sizeof kMagic);
     out.write(reinterpret_cast<const char*>(&format), sizeof format);
     out.write(reinterpret_cast<const char*>(&length), sizeof length);

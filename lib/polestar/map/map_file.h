@@ -2,12 +2,12 @@
 // The .pmap file: a map that lasts. It holds everything forward() and inverse() need, in doubles; the grids
 // of a .vdb are a picture of it. Format 3 keeps how the table bends too (NodeBends), which files of format 2
 // have found again whenever they are read, with the same result. Format 4 has a domain of its own, a cube or
-// polycube: its map in `domain_map` and in arrays whose names begin with `domain_`, and the motion of the ball
-// between the two.
+// polycube: its map in `domain_map` and in arrays whose names begin with `domain_`, and the motion of the
+// ball between the two.
 //
-// Layout (little endian): "POLESTAR", uint32 format (3 or 4), uint32 length of the header, the header as JSON,
-// zeros up to a multiple of 64; then the arrays at the offsets that the header names. `hash` in the header is
-// the 128-bit XXH3 of the header without its hash and of all arrays.
+// Layout (little endian): "POLESTAR", uint32 format (3 or 4), uint32 length of the header, the header as
+// JSON, zeros up to a multiple of 64; then the arrays at the offsets that the header names. `hash` in the
+// header is the 128-bit XXH3 of the header without its hash and of all arrays.
 
 #include <cstdint>
 #include <filesystem>
@@ -41,7 +41,7 @@ struct MapFile {
   BallMap map;  ///< onto the ball, also where the domain is another
   MapProvenance provenance;
   std::string hash;
-  std::string version;  ///< of polestar, when it was written
+  std::string version;              ///< of polestar, when it was written
   std::optional<DomainMap> domain;  ///< nothing: the ball
 };
 

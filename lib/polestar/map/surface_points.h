@@ -18,8 +18,8 @@ class SurfacePoints {
   /// that is no number or that flipped triangles of phi leave uncovered. O(log n) each.
   void at(std::span<const Vec3> directions, std::span<Vec3> solid) const;
 
-  /// BallMap::inverse, continued outside the ball by c + |y| (q - c), q = at(y). Next to the sphere, where the
-  /// map, which interpolates, may have no answer, that stands for it.
+  /// BallMap::inverse, continued outside the ball by c + |y| (q - c), q = at(y). Next to the sphere, where
+  /// the map, which interpolates, may have no answer, that stands for it.
   void continuedInverse(std::span<const Vec3> ball, std::span<Vec3> solid) const;
 
  private:
