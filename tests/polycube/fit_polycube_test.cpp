@@ -122,14 +122,16 @@ TEST(FitPolycube, FindsTheLatticeOfTurnedPolycubes) {
 }
 
 TEST(FitPolycube, ATurnedSolidGetsTheTurnedPolycube) {
-  // All faces along the axes: no other lattice comes near.
+  // 9 x 5 x 3 cells, the center in the middle of one of them: no other lattice overlaps fully.
+  const Vec3 center(1, 0, 0);
   const TriMesh brick =
-      transformed(cube(6), [](const Vec3& v) { return Vec3(2.5 * v[0], 1.4 * v[1], v[2]); });
-  const PolycubeFit straight = fitPolycube(starShape(brick, Vec3(0.1, 0, 0)), {.cells = 9});
+      transformed(cube(6), [](const Vec3& v) { return Vec3(4.5 * v[0], 2.5 * v[1], 1.5 * v[2]); });
+  const PolycubeFit straight = fitPolycube(starShape(brick, center), {.cells = 9});
   EXPECT_EQ(straight.axes, Mat3(Mat3::Identity()));
+  EXPECT_GT(straight.overlap, 0.99);
   for (const Mat3& rotation : {turn(30, {1, 1, 0.2})}) {
-    const PolycubeFit turned = fitPolycube(
-        starShape(moved(brick, rotation, 1, {0, 0, 0}), rotation * Vec3(0.1, 0, 0)), {.cells = 9});
+    const PolycubeFit turned =
+        fitPolycube(starShape(moved(brick, rotation, 1, {0, 0, 0}), rotation * center), {.cells = 9});
     EXPECT_LT(angleBetweenLattices(turned.axes, rotation), 1);
     EXPECT_NEAR(turned.overlap, straight.overlap, 0.01);
     EXPECT_EQ(placedMiddles(turned, rotation), placedMiddles(straight, Mat3::Identity()));
