@@ -165,9 +165,9 @@ TEST(MorphPath, RealBodiesMeetBothEnds) {
   POLESTAR_REQUIRE_MESHES();
   const std::filesystem::path folder = *testing::meshFolder();
   const BallMap castalia = testing::ballMap(testing::starShapeFromFile(folder / "castalia.obj")),
-                yorp = testing::ballMap(testing::starShapeFromFile(folder / "golevka.stl"));
+                kw4 = testing::ballMap(testing::starShapeFromFile(folder / "KW4Alpha.obj"));
   const double length = boundingBox(castalia.chart().green().shape().surface().mesh()).extent().maxCoeff();
-  const MorphComplex complex({{castalia, nullptr}, {yorp, nullptr}}, {.surfaceTolerance = length / 128 / 4});
+  const MorphComplex complex({{castalia, nullptr}, {kw4, nullptr}}, {.surfaceTolerance = length / 128 / 4});
   for (const MorphReport::End& end : complex.report().ends) {
     EXPECT_LT(end.surfaceMax, 0.5 * length / 128);
     EXPECT_EQ(end.mending.badAfter, 0U);

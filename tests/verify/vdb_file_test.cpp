@@ -118,7 +118,9 @@ TEST_F(VdbFile, WhatIsMissingIsNamed) {
     EXPECT_THAT(complaint(path_), HasSubstr(key));
   }
   writeBall(path_, {.domain = "cube"});
-  EXPECT_THAT(complaint(path_), HasSubstr("cube"));
+  EXPECT_THAT(complaint(path_), HasSubstr("polestar:domain_cell"));
+  writeBall(path_, {.domain = "torus"});
+  EXPECT_THAT(complaint(path_), HasSubstr("torus"));
 }
 
 TEST_F(VdbFile, OneTransformForAll) {

@@ -354,6 +354,10 @@ TriMesh stylizedHead(int frequency) {
       frequency, [](const Vec3& w) { return exitDistance(headSolid, w); }, headDensity));
 }
 
-TriMesh coinPig(int frequency) { return rounded(relaxedRadialShape(frequency, pigRadius, pigDensity)); }
+TriMesh coinPig(int frequency) {
+  // More would draw triangles out in the creases around the legs.
+  constexpr int kIterations = 24;
+  return rounded(relaxedRadialShape(frequency, pigRadius, pigDensity, kIterations));
+}
 
 }  // namespace polestar
