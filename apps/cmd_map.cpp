@@ -221,7 +221,10 @@ class MapCommand final : public Command {
     return "the map fails its certificate: " + failure.name + ": " + failure.detail;
   }
 
-  static std::string adviceFor(const Check& failure) {
+  std::string adviceFor(const Check& failure) const {
+    const bool ofDomain = failure.name.starts_with("domain_");
+    if (domain_.domain == DomainChoice::polycube && (ofDomain || failure.name == "voxel_cells"))
+      return "; a polycube of fewer --cells, or coarser voxels, ask less of its reentrant edges";
     for (const char* ofGreen : {"boundary_error", "charge", "field_signs"}) {
       if (failure.name == ofGreen) return "; try a smaller --tolerance, --solver layer, or a finer mesh";
     }

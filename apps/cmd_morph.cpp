@@ -238,7 +238,6 @@ class MorphCommand final : public Command {
       ends.push_back({{"shape", shapes_[s].string()},
                       {"surface_max", end.surfaceMax},
                       {"surface_rms", end.surfaceRms},
-                      {"unanswered", end.unanswered},
                       {"bad_cells", end.mending.badAfter},
                       {"mended", toMendingJson(end.mending)}});
       rows.push_back(

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
-#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -17,19 +16,13 @@
 #include "polestar/map/alignment.h"
 #include "polestar/map/ball_motion.h"
 #include "polestar/map/surface_points.h"
-#include "polestar/mesh/bisect.h"
 #include "polestar/mesh/shapes.h"
+#include "polestar/polycube/domain_surface.h"
 #include "polestar/polycube/polycube_text.h"
 
 namespace polestar {
 namespace {
 
-// Squares of a cell's face along each side, before triangles that are too wide seen from the center are cut.
-constexpr int kDomainDivisions = 2;
-// Times that triangles beside reentrant edges are halved: field lines fan out from there, and the table has
-// nothing but lines. Of the pig's 405,634 cells at 128 voxels (114 cells of a polycube) 25 are inverted after
-// 3, 2 after 5.
-constexpr int kReentrantRounds = 6;
 // Of rho G on a polycube's surface. At reentrant corners the layer's density is so singular that splitting
 // triangles gains a quarter a time; what is left sits in single vertices (the root mean square is 4e-4).
 constexpr double kDomainTolerance = 5e-3;
@@ -112,27 +105,6 @@ std::string inOneLine(std::string text) {
   return text;
 }
 
-// Triangles with a vertex on an edge where the surface turns towards its outside.
-std::vector<char> besideReentrantEdges(const TriMesh& mesh) {
-  std::map<std::pair<std::int32_t, std::int32_t>, std::size_t> seen;  // an edge's first triangle
-  std::vector<char> onEdge(mesh.vertices.size(), 0);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (int k = 0; k < 3; ++k) {
-      const std::int32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
-      const auto [other, first] = seen.try_emplace(std::minmax(a, b), t);
-      if (first) continue;
-      const Vec3 away = mesh.vertices[mesh.triangles[t][(k + 2) % 3]] - mesh.vertices[a];
-      const Vec3 normal = areaVector(mesh, other->second).normalized();
-      if (normal.dot(away) > 1e-9 * away.norm()) onEdge[a] = onEdge[b] = 1;
-    }
-  }
-  std::vector<char> marked(mesh.triangles.size(), 0);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (const std::int32_t v : mesh.triangles[t]) marked[t] |= onEdge[v];
-  }
-  return marked;
-}
-
 }  // namespace
 
 DomainMap mapToDomain(const BallMap& solid, const PolycubeFit& fit, const MapOptions& options,
@@ -141,10 +113,8 @@ DomainMap mapToDomain(const BallMap& solid, const PolycubeFit& fit, const MapOpt
   StarOptions atOrigin;
   atOrigin.center = Vec3::Zero();
   atOrigin.rays = 0;
-  TriMesh surface = fit.polycube.surface(kDomainDivisions);
-  for (int round = 0; round < kReentrantRounds; ++round)
-    surface = bisectLongestEdges(surface, besideReentrantEdges(surface)).mesh;
-  const StarShape shape = verifyStarShape(verifyClosedSurface(std::move(surface)), atOrigin, context);
+  const StarShape shape =
+      verifyStarShape(verifyClosedSurface(domainSurface(fit.polycube)), atOrigin, context);
   MapOptions ofDomain = options;
   ofDomain.green.tolerance = std::max(options.green.tolerance, kDomainTolerance);
   BallMap domain = mapToBall(shape, ofDomain, context, timings);

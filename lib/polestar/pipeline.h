@@ -41,7 +41,7 @@ namespace polestar {
 //  GreenChart     traceChart(green)           chart/   field lines: the table of (R, omega)
 //  SphereMap      conformalSphereMap(shape)   sphere/  phi, without a flip
 //  BallMap        BallMap(chart, sphere)      map/     forward, inverse, Jacobian
-//  PolycubeFit    fitPolycube(shape)          polycube/ a domain that resembles the solid
+//  PolycubeFit    fitPolycube(shape)          polycube/  a domain that resembles the solid
 //  DomainMap      mapToDomain(ball, fit)      map/     the same three, onto that
 // clang-format on
 
@@ -68,14 +68,12 @@ struct MapTimings {
 BallMap mapToBall(const StarShape& shape, const MapOptions& options = {}, Context& context = Context::quiet(),
                   MapTimings* timings = nullptr);
 
-/// From a solid's ball map to its coordinates in a polycube: maps the polycube by the same options, and
-/// brings the two balls into line so that points of the surfaces which are seen from the center in one
-/// direction meet as nearly as motions let them. `timings`: of the polycube.
-///
-/// Of the boundaries `field-line` serves best, for the solid and the polycube alike (castalia in 159 cells:
-/// mean MIPS 1.20 away from edges, where conformal maps have 1.38): with others the map of the polycube has
-/// kinks all along the field lines that come from its edges, since A then has no derivative there.
-/// [docs/method.md, "Cubes and polycubes"]
+/// From a solid's ball map to its coordinates in a polycube, which is mapped by the same options. Where both
+/// have the boundary `field-line`, points with the same potential on the same field line belong together,
+/// after the turn of the axes: the least distortion by far, and no kinks inside. With another boundary the
+/// two balls are brought into line so that points of the surfaces which are seen from the center in one
+/// direction meet as nearly as motions let them. [docs/method.md, "Cubes and polycubes", with what was
+/// measured] `timings`: of the polycube.
 /// @throws what mapToBall() throws.
 DomainMap mapToDomain(const BallMap& solid, const PolycubeFit& fit, const MapOptions& options = {},
                       Context& context = Context::quiet(), MapTimings* timings = nullptr);
@@ -126,8 +124,7 @@ FilteredGrids filterCells(SolidGrids& grids, const DomainMap* domain = nullptr,
 /// Judges the cells of a grid as written: `rest`, or `position`.
 CellQuality judgeVoxelCells(const SolidGrids& grids, const std::string& vectorGrid = "rest");
 
-/// judgeVoxelCells() and the round trip through up to `roundTrips` of its
-/// voxels.
+/// judgeVoxelCells() of `rest`, and the round trip through up to `roundTrips` of its voxels.
 Certificate certifyGrids(const BallMap& map, const SolidGrids& grids, std::size_t roundTrips = 50000,
                          Context& context = Context::quiet());
 /// The domain's map is judged as the solid's is; those checks have names that begin with `domain_`.

@@ -15,8 +15,8 @@ class DomainTool : public ::testing::Test {
   static void SetUpTestSuite() {
     folder_ = std::make_unique<ScratchFolder>();
     mesh_ = folder_->obj("star.obj", smoothStar(3));
-    made_ = runTool({"map", mesh_, "-o", *folder_ / "cube.vdb", "--domain", "cube", "--domain-axes", "0,0,0", "--dim",
-                     "32", "--inverse", *folder_ / "cube-position.vdb", "--json"});
+    made_ = runTool({"map", mesh_, "-o", *folder_ / "cube.vdb", "--domain", "cube", "--domain-axes", "0,0,0",
+                     "--dim", "32", "--inverse", *folder_ / "cube-position.vdb", "--json"});
   }
   static void TearDownTestSuite() { folder_.reset(); }
   void SetUp() override { ASSERT_EQ(made_.exitCode, 0) << made_.err; }
@@ -71,21 +71,23 @@ TEST_F(DomainTool, InfoNamesTheDomain) {
 }
 
 TEST_F(DomainTool, TexturesOfTheBallAreNotReadOffCubeCoordinates) {
-  const auto json = runTool({"transfer", "soccer", *folder_ / "cube.vdb", "-o", *folder_ / "soccer.vdb", "--json"}).json();
+  const auto json =
+      runTool({"transfer", "soccer", *folder_ / "cube.vdb", "-o", *folder_ / "soccer.vdb", "--json"}).json();
   EXPECT_EQ(json["rest"], "computed");
 }
 
 TEST_F(DomainTool, APolycubeByHandIsUsedOrNamesItsCells) {
   const std::string good = folder_->file("good.txt", "# a plus\n-1:1 0 0\n0 -1:1 0\n");
-  const ToolRun run = runTool({"map", mesh_, "-o", *folder_ / "plus.vdb", "--domain", "polycube", "--polycube", good,
-                               "--dim", "24", "--json"});
+  const ToolRun run = runTool({"map", mesh_, "-o", *folder_ / "plus.vdb", "--domain", "polycube",
+                               "--polycube", good, "--dim", "24", "--json"});
   ASSERT_EQ(run.exitCode, 0) << run.err;
   EXPECT_EQ(run.json()["domain"]["cells"], 5);
   const ToolRun apart =
       refused({"--domain", "polycube", "--polycube", folder_->file("apart.txt", "0 0 0\n2 0 0\n")});
   EXPECT_EQ(apart.exitCode, 5);
   EXPECT_THAT(apart.err, HasSubstr("2 0 0"));
-  const ToolRun broken = refused({"--domain", "polycube", "--polycube", folder_->file("broken.txt", "0 0\n")});
+  const ToolRun broken =
+      refused({"--domain", "polycube", "--polycube", folder_->file("broken.txt", "0 0\n")});
   EXPECT_EQ(broken.exitCode, 3);
   EXPECT_EQ(refused({"--domain", "polycube", "--polycube", *folder_ / "none.txt"}).exitCode, 3);
 }

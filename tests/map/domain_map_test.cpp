@@ -1,5 +1,5 @@
-// Solids in coordinates of a cube or polycube: exact where the solid is one itself, one to one, and the same after a
-// file.
+// Solids in coordinates of a cube or polycube: exact where the solid is one itself, one to one, and the same
+// after a file.
 #include "polestar/map/domain_map.h"
 
 #include <gmock/gmock.h>
@@ -122,7 +122,8 @@ TEST(DomainMap, TheJacobianIsTheDerivative) {
   map.jacobian(points, derivatives);
   std::size_t off = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    std::vector<Vec3> ahead = points, behind = points, imagesAhead(points.size()), imagesBehind(points.size());
+    std::vector<Vec3> ahead = points, behind = points, imagesAhead(points.size()),
+                      imagesBehind(points.size());
     for (Vec3& p : ahead) p[axis] += kStep;
     for (Vec3& p : behind) p[axis] -= kStep;
     map.forward(ahead, imagesAhead);
@@ -138,15 +139,15 @@ TEST(DomainMap, TheJacobianIsTheDerivative) {
 // Turned, moved and scaled: the same coordinates, when the lattice is turned along.
 TEST(DomainMap, IsCarriedAlong) {
   const Mat3 turn = rotationXyz({-15, 40, 70});
-  const StarShape moved = starShape(
-      transformed(star().surface().mesh(), [&](const Vec3& p) { return Vec3(4 * (turn * p) + Vec3(1, 2, 3)); }));
+  const StarShape moved = starShape(transformed(
+      star().surface().mesh(), [&](const Vec3& p) { return Vec3(4 * (turn * p) + Vec3(1, 2, 3)); }));
   PolycubeOptions along, turned;
   along.rotation = Mat3::Identity();
   turned.rotation = turn;
-  const DomainMap before = mapToDomain(mapToBall(star(), fieldLines()),
-                                       placePolycube(star(), cubeDomain(), along), fieldLines());
-  const DomainMap after = mapToDomain(mapToBall(moved, fieldLines()),
-                                      placePolycube(moved, cubeDomain(), turned), fieldLines());
+  const DomainMap before =
+      mapToDomain(mapToBall(star(), fieldLines()), placePolycube(star(), cubeDomain(), along), fieldLines());
+  const DomainMap after =
+      mapToDomain(mapToBall(moved, fieldLines()), placePolycube(moved, cubeDomain(), turned), fieldLines());
   const std::vector<Vec3> points = pointsInside(star(), 500);
   std::vector<Vec3> there, images(points.size()), imagesThere(points.size());
   for (const Vec3& p : points) there.push_back(4 * (turn * p) + Vec3(1, 2, 3));

@@ -36,7 +36,6 @@ double largestDifference(std::span<const Vec3> a, std::span<const Vec3> b) {
 
 TEST(MorphPath, NodesAreTheInversesOfTheMaps) {
   const MorphComplex& complex = between();
-  EXPECT_EQ(complex.report().ends[0].unanswered, 0U);
   for (std::size_t s = 0; s < 2; ++s) {
     if (complex.report().ends[s].mending.moved > 0) continue;
     std::vector<Vec3> solid, ball(complex.ball().nodes.size());
@@ -165,9 +164,10 @@ TEST(MorphPath, RealBodiesMeetBothEnds) {
   POLESTAR_REQUIRE_MESHES();
   const std::filesystem::path folder = *testing::meshFolder();
   const BallMap castalia = testing::ballMap(testing::starShapeFromFile(folder / "castalia.obj")),
-                kw4 = testing::ballMap(testing::starShapeFromFile(folder / "KW4Alpha.obj"));
+                golevka = testing::ballMap(testing::starShapeFromFile(folder / "golevka.stl"));
   const double length = boundingBox(castalia.chart().green().shape().surface().mesh()).extent().maxCoeff();
-  const MorphComplex complex({{castalia, nullptr}, {kw4, nullptr}}, {.surfaceTolerance = length / 128 / 4});
+  const MorphComplex complex({{castalia, nullptr}, {golevka, nullptr}},
+                             {.surfaceTolerance = length / 128 / 4});
   for (const MorphReport::End& end : complex.report().ends) {
     EXPECT_LT(end.surfaceMax, 0.5 * length / 128);
     EXPECT_EQ(end.mending.badAfter, 0U);

@@ -7,6 +7,7 @@
 
 #include "polestar/core/context.h"
 #include "polestar/mesh/shapes.h"
+#include "polestar/sphere/reach.h"
 #include "support/solids.h"
 
 namespace polestar::detail {

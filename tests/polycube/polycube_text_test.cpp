@@ -26,6 +26,11 @@ void expectRefused(const std::string& text, Errc code, const std::string& reason
   }
 }
 
+TEST(PolycubeText, MetadataIsReadToo) {
+  EXPECT_EQ(polycubeFromText("0 0 0;1:2 0 0; 0 0 -1"), polycubeFromText("0 0 0\n1:2 0 0\n0 0 -1\n"));
+  EXPECT_THROW(polycubeFromText("0 0 0;2 0 0"), Error);
+}
+
 TEST(PolycubeText, BoxesOfCellsMayOverlap) {
   const Polycube cross = polycubeFromText(
       "# three bars\r\n"

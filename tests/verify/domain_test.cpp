@@ -29,8 +29,8 @@ TEST(JudgedDomain, GaugeIsTheShareOfTheWayOut) {
   EXPECT_DOUBLE_EQ(cells.gauge({0, 0, 0}), 0);
   EXPECT_DOUBLE_EQ(cells.gauge({1.25, 0, 0}), 1);
   EXPECT_DOUBLE_EQ(cells.gauge({-0.125, 0, 0}), 0.5);
-  EXPECT_DOUBLE_EQ(cells.gauge({0.5, 0.2, 0}), 0.8);   // leaves through the side y = 1/4
-  EXPECT_DOUBLE_EQ(cells.gauge({0.5, 0, 0.5}), 2);     // at the reentrant edge (1/4, 1/4) already
+  EXPECT_DOUBLE_EQ(cells.gauge({0.5, 0.2, 0}), 0.8);  // leaves through the side y = 1/4
+  EXPECT_DOUBLE_EQ(cells.gauge({0.5, 0, 0.5}), 2);    // at the reentrant edge (1/4, 1/4) already
 }
 
 TEST(JudgedDomain, CellsThatAreNotJoinedTowardsTheCenterAreNamed) {
@@ -40,7 +40,8 @@ TEST(JudgedDomain, CellsThatAreNotJoinedTowardsTheCenterAreNamed) {
 }
 
 TEST(JudgedDomain, TextThatIsNoListOfCellsIsUnreadable) {
-  for (const char* text : {"", "0 0", "0 0 0 0", "a b c", "1:0 0 0", "0 0 9999999", "0 0 0;1.5 0 0", "0:99999 0 0"})
+  for (const char* text :
+       {"", "0 0", "0 0 0 0", "a b c", "1:0 0 0", "0 0 9999999", "0 0 0;1.5 0 0", "0:99999 0 0"})
     EXPECT_THROW(Domain(text, 1), verify::Unreadable) << text;
   EXPECT_THROW(Domain("0 0 0", 0), verify::Unreadable);
 }
@@ -82,16 +83,20 @@ TEST(JudgedDomain, EveryPartOfAPmapCanBeRefused) {
     const char* reason;
     std::function<void(verify::PmapContents&)> spoil;
   } cases[] = {
-      {"cells_solid", [](auto& m) { std::swap(m.nodes[m.vertices.size() + 7], m.nodes[2 * m.vertices.size() + 7]); }},
+      {"cells_solid",
+       [](auto& m) { std::swap(m.nodes[m.vertices.size() + 7], m.nodes[2 * m.vertices.size() + 7]); }},
       {"domain", [](auto& m) { m.domain->shape = Domain("0 0 0;2 0 0", m.domain->shape.side()); }},
       {"domain_cells_solid",
        [n](auto& m) { std::swap(m.domain->map.nodes[n + 7], m.domain->map.nodes[2 * n + 7]); }},
       {"domain_cells_ball",
        [n](auto& m) { std::swap(m.domain->map.ball[n + 7], m.domain->map.ball[2 * n + 7]); }},
       {"domain_cells", [](auto& m) { m.domain->shape = Domain("0 0 0;1 0 0", m.domain->shape.side()); }},
-      {"motion_rotation", [](auto& m) { m.domain->motion.rotation[0] = 1.01 * m.domain->motion.rotation[0]; }},
+      {"motion_rotation",
+       [](auto& m) { m.domain->motion.rotation[0] = 1.01 * m.domain->motion.rotation[0]; }},
       {"motion_core", [](auto& m) { m.domain->motion.coreRadius = 1.5; }},
-      {"motion_pull", [](auto& m) { m.domain->motion.pull = {0, 1, 0}; }}};
+      {"motion_pull", [](auto& m) {
+         m.domain->motion.pull = {0, 1, 0};
+       }}};
   for (const auto& one : cases) {
     verify::PmapContents bad = good;
     one.spoil(bad);
@@ -138,22 +143,26 @@ TEST_F(JudgedDomainGrids, WhatIsSpoiledIsRefused) {
   const struct {
     const char* reason;
     std::function<void(verify::VoxelSolid&)> spoil;
-  } cases[] = {{"domain", [](auto& s) { s.domain = Domain("0 0 0;2 0 0", 0.6); }},
-               {"range", [](auto& s) { s.rest[s.count() / 2] = {5, 5, 5}; }},
-               {"degree",
-                [](auto& s) {
-                  for (auto& y : s.rest) y.x = -y.x;
-                }},
-               {"boundary",
-                [](auto& s) {
-                  for (auto& y : s.rest) y = {0.8F * y.x, 0.8F * y.y, 0.8F * y.z};
-                }},
-               {"cells", [](auto& s) {
-                  // Two neighbours deep inside change places.
-                  const std::int32_t middle = s.slot[s.boxIndex(s.size[0] / 2, s.size[1] / 2, s.size[2] / 2)],
-                                     other = s.slot[s.boxIndex(s.size[0] / 2 + 2, s.size[1] / 2, s.size[2] / 2)];
-                  std::swap(s.rest[static_cast<std::size_t>(middle)], s.rest[static_cast<std::size_t>(other)]);
-                }}};
+  } cases[] = {
+      {"domain", [](auto& s) { s.domain = Domain("0 0 0;2 0 0", 0.6); }},
+      {"range",
+       [](auto& s) {
+         s.rest[s.count() / 2] = {5, 5, 5};
+       }},
+      {"degree",
+       [](auto& s) {
+         for (auto& y : s.rest) y.x = -y.x;
+       }},
+      {"boundary",
+       [](auto& s) {
+         for (auto& y : s.rest) y = {0.8F * y.x, 0.8F * y.y, 0.8F * y.z};
+       }},
+      {"cells", [](auto& s) {
+         // Two neighbours deep inside change places.
+         const std::int32_t middle = s.slot[s.boxIndex(s.size[0] / 2, s.size[1] / 2, s.size[2] / 2)],
+                            other = s.slot[s.boxIndex(s.size[0] / 2 + 2, s.size[1] / 2, s.size[2] / 2)];
+         std::swap(s.rest[static_cast<std::size_t>(middle)], s.rest[static_cast<std::size_t>(other)]);
+       }}};
   for (const auto& one : cases) {
     verify::VoxelSolid bad = good;
     one.spoil(bad);

@@ -12,14 +12,13 @@
 #include <vector>
 
 #include "polestar/core/detail/parallel.h"
-#include "polestar/map/detail/radius_table.h"
+#include "polestar/core/rotations.h"
 #include "polestar/map/detail/surface_rays.h"
 #include "polestar/mesh/bodies.h"
+#include "polestar/sphere/reach.h"
 
 namespace polestar {
 namespace {
-
-using detail::RadiusTable;
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kGridTurns = 3000;
@@ -31,6 +30,11 @@ constexpr double kAsGood = 0.02, kEqual = 1e-3;  // differences of correlations
 constexpr double kRound = 1e-3;
 constexpr int kCoarse = 8, kFine = 16;  // of geodesicSphere: 642 and 2,562 directions
 constexpr int kPairs = 5;               // 252 directions
+
+/// ln r of the surface in a direction of length 1.
+double logRadius(const ReachTable& solid, const Vec3& direction) {
+  return std::log(solid.reach(direction) / direction.cwiseAbs().maxCoeff());
+}
 
 /// Values over even directions, less their mean, in units of their standard deviation.
 struct Standardized {
@@ -51,10 +55,10 @@ Standardized standardized(std::vector<double> values) {
 /// Two solids' radii in given directions of the first.
 class Comparison {
  public:
-  Comparison(const RadiusTable& from, const RadiusTable& to, int frequency)
+  Comparison(const ReachTable& from, const ReachTable& to, int frequency)
       : to_(to), directions_(geodesicSphere(frequency).vertices) {
     std::vector<double> values;
-    for (const Vec3& u : directions_) values.push_back(from(u));
+    for (const Vec3& u : directions_) values.push_back(logRadius(from, u));
     from_ = standardized(std::move(values));
   }
 
@@ -65,7 +69,7 @@ class Comparison {
   Standardized turned(const Mat3& rotation) const {
     std::vector<double> values;
     values.reserve(directions_.size());
-    for (const Vec3& u : directions_) values.push_back(to_(rotation * u));
+    for (const Vec3& u : directions_) values.push_back(logRadius(to_, rotation * u));
     return standardized(std::move(values));
   }
   double correlation(const Mat3& rotation) const {
@@ -76,34 +80,21 @@ class Comparison {
   }
 
  private:
-  const RadiusTable& to_;
+  const ReachTable& to_;
   std::vector<Vec3> directions_;
   Standardized from_;
 };
 
 /// Columns: axes of the solid's second moments about its center, longest first; right-handed. The moments
 /// are integrals of r^5 / 5 over the directions.
-Mat3 principalAxes(const RadiusTable& radius, const std::vector<Vec3>& directions) {
+Mat3 principalAxes(const ReachTable& radius, const std::vector<Vec3>& directions) {
   Mat3 moments = Mat3::Zero();
-  for (const Vec3& u : directions) moments += std::exp(5 * radius(u)) * u * u.transpose();
+  for (const Vec3& u : directions) moments += std::exp(5 * logRadius(radius, u)) * u * u.transpose();
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(moments);
   Mat3 axes;
   axes << solver.eigenvectors().col(2), solver.eigenvectors().col(1),
       solver.eigenvectors().col(2).cross(solver.eigenvectors().col(1));
   return axes;
-}
-
-/// Evenly spread over all rotations. [Alexa 2022, "Super-Fibonacci Spirals", algorithm 1]
-std::vector<Mat3> spreadRotations(int count) {
-  constexpr double kPsi = 1.533751168755204288118041;  // the positive root of psi^4 = psi + 4
-  std::vector<Mat3> rotations;
-  for (int i = 0; i < count; ++i) {
-    const double s = i + 0.5, share = s / count, r = std::sqrt(share), q = std::sqrt(1 - share);
-    const double a = 2 * std::numbers::pi * s / std::numbers::sqrt2, b = 2 * std::numbers::pi * s / kPsi;
-    rotations.push_back(Eigen::Quaterniond(q * std::cos(b), r * std::sin(a), r * std::cos(a), q * std::sin(b))
-                            .toRotationMatrix());
-  }
-  return rotations;
 }
 
 double angleBetween(const Mat3& a, const Mat3& b) {
@@ -181,7 +172,7 @@ Candidate refined(const Comparison& comparison, const Candidate& start) {
   return {rotation, comparison.correlation(rotation)};
 }
 
-std::vector<Candidate> starts(const RadiusTable& from, const RadiusTable& to, const Context& context) {
+std::vector<Candidate> starts(const ReachTable& from, const ReachTable& to, const Context& context) {
   const Comparison comparison(from, to, kCoarse);
   std::vector<Mat3> rotations = spreadRotations(kGridTurns);
   const Mat3 axesFrom = principalAxes(from, comparison.directions()),
@@ -200,7 +191,7 @@ std::vector<Candidate> starts(const RadiusTable& from, const RadiusTable& to, co
 }  // namespace
 
 Alignment alignSolids(const StarShape& from, const StarShape& to, const Context& context) {
-  const RadiusTable radiusFrom(from), radiusTo(to);
+  const ReachTable radiusFrom(from, context), radiusTo(to, context);
   const Comparison comparison(radiusFrom, radiusTo, kFine);
   Alignment alignment;
   if (comparison.round()) {

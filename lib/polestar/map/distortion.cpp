@@ -5,9 +5,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
-#include <utility>
 
+#include "polestar/core/detail/edge_table.h"
 #include "polestar/core/detail/parallel.h"
 
 namespace polestar {
@@ -35,15 +34,14 @@ struct Segment {
 // Edges at which two triangles meet that do not lie in one plane.
 std::vector<Segment> sharpEdges(const TriMesh& mesh) {
   constexpr double kFlat = 1 - 1e-6;
-  std::map<std::pair<std::int32_t, std::int32_t>, Vec3> seen;  // an edge's first triangle: its normal
+  const detail::EdgeTable table(mesh.triangles, mesh.vertices.size());
   std::vector<Segment> edges;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Vec3 normal = areaVector(mesh, t).normalized();
-    for (int k = 0; k < 3; ++k) {
-      const std::int32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
-      const auto [other, first] = seen.try_emplace(std::minmax(a, b), normal);
-      if (!first && other->second.dot(normal) < kFlat) edges.push_back({mesh.vertices[a], mesh.vertices[b]});
-    }
+  for (std::size_t e = 0; e < table.size(); ++e) {
+    const auto sides = table.sides(e);
+    const Vec3 first = areaVector(mesh, static_cast<std::size_t>(sides[0] / 3)).normalized(),
+               second = areaVector(mesh, static_cast<std::size_t>(sides[1] / 3)).normalized();
+    const auto [a, b] = table.ends(e);
+    if (first.dot(second) < kFlat) edges.push_back({mesh.vertices[a], mesh.vertices[b]});
   }
   return edges;
 }

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <string>
 
-#include "polestar/core/detail/edge_table.h"
 #include "polestar/core/error.h"
 #include "polestar/morph/detail/common_sphere.h"
 
@@ -14,8 +13,6 @@ namespace {
 
 /// Steps between levels grow by so much inward from the first, which is as thin as in the maps' own tables.
 constexpr double kGrowth = 1.6;
-/// Of nodes without an answer, beyond which the maps are to be mistrusted.
-constexpr double kMostUnanswered = 1e-3;
 
 const Frame& frameOf(const BallMap& map) { return map.chart().green().shape().frame(); }
 
@@ -43,53 +40,15 @@ Foliation complexOf(const TriMesh& sphere, std::vector<double> levels) {
   return ball;
 }
 
-// f^-1(motion(y)) - c at all nodes but those of the surface.
-std::vector<Vec3> innerNodes(const Foliation& ball, const BallMap& map, const VolumeMap* motion) {
-  const auto inner = std::span(ball.nodes).subspan(ball.vertexCount);
-  std::vector<Vec3> own(inner.begin(), inner.end()), solid(inner.size());
-  if (motion) motion->forward(inner, own);
-  map.inverse(own, solid);
-  for (Vec3& x : solid) x -= frameOf(map).origin;
-  solid.back().setZero();
-  return solid;
-}
-
-// Nodes that the map had no answer for get the mean of their neighbours in the level.
-std::size_t fillGaps(const Foliation& ball, std::vector<Vec3>& nodes) {
-  std::vector<std::size_t> open;
-  for (std::size_t id = 0; id < nodes.size(); ++id) {
-    if (!nodes[id].allFinite()) open.push_back(id);
-  }
-  const std::size_t count = open.size();
-  if (open.empty()) return 0;
-  const detail::EdgeTable edges(ball.triangles, ball.vertexCount);
-  std::vector<std::vector<std::int32_t>> around(ball.vertexCount);
-  for (std::size_t e = 0; e < edges.size(); ++e) {
-    const auto [a, b] = edges.ends(e);
-    around[static_cast<std::size_t>(a)].push_back(b);
-    around[static_cast<std::size_t>(b)].push_back(a);
-  }
-  for (std::size_t left = open.size() + 1; !open.empty() && open.size() < left;) {
-    left = open.size();
-    std::vector<std::size_t> still;
-    std::vector<Vec3> means;
-    for (const std::size_t id : open) {
-      const std::size_t level = id / ball.vertexCount;
-      Vec3 sum = Vec3::Zero();
-      int known = 0;
-      for (const std::int32_t other : around[id % ball.vertexCount]) {
-        const Vec3& node = nodes[ball.nodeId(level, static_cast<std::size_t>(other))];
-        if (!node.allFinite()) continue;
-        sum += node;
-        ++known;
-      }
-      means.push_back(known > 0 ? Vec3(sum / known) : nodes[id]);
-      if (known == 0) still.push_back(id);
-    }
-    for (std::size_t i = 0; i < open.size(); ++i) nodes[open[i]] = means[i];
-    open = std::move(still);
-  }
-  return count;
+// f^-1(motion(y)) - c at all nodes.
+std::vector<Vec3> nodesOf(const Foliation& ball, const detail::CommonBoundary& boundary) {
+  std::vector<Vec3> nodes(ball.nodes.size());
+  const std::span all(nodes);
+  const std::span common(ball.nodes);
+  boundary.at(common.first(ball.vertexCount), all.first(ball.vertexCount));
+  boundary.inside(common.subspan(ball.vertexCount), all.subspan(ball.vertexCount));
+  nodes.back().setZero();
+  return nodes;
 }
 
 }  // namespace
@@ -123,17 +82,7 @@ MorphComplex::MorphComplex(std::vector<MorphShape> shapes, const MorphOptions& o
     context.progress("inverting the maps", static_cast<double>(s) / static_cast<double>(data->shapes.size()));
     const MorphShape& shape = data->shapes[s];
     MorphReport::End end{.surfaceMax = sphere.worst[s], .surfaceRms = sphere.rms[s]};
-    std::vector<Vec3> nodes(ball.vertexCount);
-    boundaries[s].at(sphere.mesh.vertices, nodes);
-    const std::vector<Vec3> inner = innerNodes(ball, shape.map, shape.motion.get());
-    nodes.insert(nodes.end(), inner.begin(), inner.end());
-    end.unanswered = fillGaps(ball, nodes);
-    if (static_cast<double>(end.unanswered) > kMostUnanswered * static_cast<double>(nodes.size())) {
-      throw Error(Errc::notConverged, "the map of shape " + std::to_string(s + 1) + " has no inverse at " +
-                                          std::to_string(end.unanswered) + " of " +
-                                          std::to_string(nodes.size()) +
-                                          " nodes; map it from a finer or smoother mesh");
-    }
+    std::vector<Vec3> nodes = nodesOf(ball, boundaries[s]);
     end.mending = mendCells(ball, nodes, context);
     for (Vec3& node : nodes) node = shape.rotation.transpose() * node;
     if (end.surfaceMax > options.surfaceTolerance) {
@@ -152,11 +101,7 @@ MorphComplex::MorphComplex(std::vector<MorphShape> shapes, const MorphOptions& o
 std::vector<Vec3> MorphComplex::nodesIn(const BallMap& map, const VolumeMap* motion) const {
   const Foliation& ball = data_->ball;
   const MorphShape shape{map, std::shared_ptr<const VolumeMap>(std::shared_ptr<void>(), motion)};
-  std::vector<Vec3> nodes(ball.vertexCount);
-  detail::CommonBoundary(shape).at(std::span(ball.nodes).first(ball.vertexCount), nodes);
-  const std::vector<Vec3> inner = innerNodes(ball, map, motion);
-  nodes.insert(nodes.end(), inner.begin(), inner.end());
-  fillGaps(ball, nodes);
+  std::vector<Vec3> nodes = nodesOf(ball, detail::CommonBoundary(shape));
   for (Vec3& node : nodes) node += frameOf(map).origin;
   return nodes;
 }

@@ -48,8 +48,7 @@ struct MorphOptions {
 struct MorphReport {
   struct End {
     double surfaceMax = 0, surfaceRms = 0;  ///< of the surface, off the common triangles; mesh units
-    std::size_t unanswered = 0;  ///< nodes that the inverse map had no answer for: neighbours' mean
-    Mending mending = {};        ///< of cells that straight edges turned over
+    Mending mending = {};                   ///< of cells that straight edges turned over
   };
   std::vector<End> ends;  ///< one a shape
   int rounds = 0;         ///< of refinement

@@ -9,6 +9,7 @@
 #include "polestar/mesh/principal_axes.h"
 #include "polestar/polycube/detail/axis_search.h"
 #include "polestar/polycube/detail/lattice_fit.h"
+#include "polestar/sphere/reach.h"
 
 namespace polestar {
 namespace {
@@ -28,7 +29,7 @@ int columnsFor(int cells) { return std::max(kFewestColumns, kColumnsPerCell * ce
 std::vector<Mat3> candidateAxes(const StarShape& shape, int rotations) {
   const Mat3 principal = principalAxes(shape.mesh()).transpose();
   std::vector<Mat3> axes{Mat3::Identity(), principal};
-  for (const Mat3& rotation : spreadRotations(rotations)) axes.push_back(principal * rotation);
+  for (const Mat3& rotation : spreadLattices(rotations)) axes.push_back(principal * rotation);
   return axes;
 }
 

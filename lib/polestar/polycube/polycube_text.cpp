@@ -95,7 +95,7 @@ Polycube polycubeFromText(std::string_view text, const std::string& name) {
   Line line{name, 0};
   while (!text.empty()) {
     ++line.number;
-    const std::size_t end = text.find('\n');
+    const std::size_t end = text.find_first_of("\n;");
     const std::string_view content = text.substr(0, std::min(end, text.find('#')));
     if (content.find_first_not_of(" \t\r\v\f") != content.npos) addCells(boxFrom(content, line), cells);
     text.remove_prefix(end == text.npos ? text.size() : end + 1);

@@ -2,8 +2,8 @@
 // Polycubes as text: files made by hand, and what metadata holds.
 //
 // A line is a box of cells, three numbers or ranges: "0 0 0" is a cell, "-2:2 0 0" five in a row, "-1:1 -1:1
-// 2:3" a block. The polycube is the union of all lines; what # begins is a comment. Cell 0 0 0 holds the
-// center.
+// 2:3" a block. The polycube is the union of all lines; what # begins is a comment. A line ends with a
+// newline or, as in the metadata of a .vdb, with a semicolon. Cell 0 0 0 holds the center.
 
 #include <filesystem>
 #include <string>

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "polestar/core/detail/edge_table.h"
 #include "polestar/core/detail/parallel.h"
 #include "polestar/mesh/bisect.h"
+#include "polestar/sphere/sphere_locator.h"
 
 namespace polestar::detail {
 namespace {
@@ -58,10 +58,7 @@ void markWide(const TriMesh& sphere, double largestAngle, std::vector<char>& mar
 
 }  // namespace
 
-CommonBoundary::CommonBoundary(const MorphShape& shape)
-    : shape_(shape),
-      seen_(shape.map.chart().green().shape().mesh().vertices,
-            shape.map.chart().green().shape().mesh().triangles) {
+CommonBoundary::CommonBoundary(const MorphShape& shape) : shape_(shape), surface_(shape.map) {
   const TriMesh& mesh = shape.map.chart().green().shape().mesh();
   const double unit = shape.map.chart().green().shape().frame().unit;
   samples_ = mesh.vertices;
@@ -82,22 +79,18 @@ std::span<const Vec3> CommonBoundary::vertexDirections() const {
   return std::span(directions_).first(shape_.map.sphere().directions.size());
 }
 
-Vec3 CommonBoundary::exit(const Vec3& direction) const {
-  const auto hit = seen_.locate(direction);
-  if (!hit) return Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
-  return shape_.map.chart().green().shape().frame().unit * seen_.point(*hit);
-}
-
 void CommonBoundary::at(std::span<const Vec3> directions, std::span<Vec3> surface) const {
   std::vector<Vec3> own(directions.begin(), directions.end());
   if (shape_.motion) shape_.motion->forward(directions, own);
-  for (Vec3& direction : own) direction.normalize();
-  shape_.map.inverse(own, surface);
-  const Vec3& center = shape_.map.chart().green().shape().frame().origin;
-  // The inverse ends near the surface; its ray ends on it.
-  parallelChunks(own.size(), 256, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) surface[i] = exit(surface[i] - center);
-  });
+  surface_.at(own, surface);
+  for (Vec3& x : surface) x -= shape_.map.chart().green().shape().frame().origin;
+}
+
+void CommonBoundary::inside(std::span<const Vec3> ball, std::span<Vec3> solid) const {
+  std::vector<Vec3> own(ball.begin(), ball.end());
+  if (shape_.motion) shape_.motion->forward(ball, own);
+  surface_.continuedInverse(own, solid);
+  for (Vec3& x : solid) x -= shape_.map.chart().green().shape().frame().origin;
 }
 
 CommonSphere commonSphere(std::span<const CommonBoundary> boundaries, std::span<const MorphShape> shapes,

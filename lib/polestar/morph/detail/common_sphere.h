@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "polestar/core/context.h"
+#include "polestar/map/surface_points.h"
 #include "polestar/morph/morph_complex.h"
-#include "polestar/sphere/sphere_locator.h"
 
 namespace polestar::detail {
 
@@ -15,8 +15,10 @@ class CommonBoundary {
  public:
   explicit CommonBoundary(const MorphShape& shape);
 
-  /// Points of the surface, from the center, mesh units, not turned back. NaN where the maps have no answer.
+  /// Points of the surface, from the center, mesh units, not turned back.
   void at(std::span<const Vec3> directions, std::span<Vec3> surface) const;
+  /// The same of points of the common ball, inside the solid.
+  void inside(std::span<const Vec3> ball, std::span<Vec3> solid) const;
 
   /// Vertices of the surface and the middles of its edges, from the center, mesh units; and their directions
   /// in the common ball.
@@ -25,12 +27,9 @@ class CommonBoundary {
   /// Of the vertices alone, in the surface's order.
   std::span<const Vec3> vertexDirections() const;
 
-  /// The point where the ray from the center in this direction leaves the solid; from the center, mesh units.
-  Vec3 exit(const Vec3& direction) const;
-
  private:
   const MorphShape& shape_;
-  SphereLocator seen_;  ///< the surface from the center
+  SurfacePoints surface_;
   std::vector<Vec3> samples_, directions_;
 };
 

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "polestar/core/detail/parallel.h"
+#include "polestar/core/rotations.h"
 
 namespace polestar::detail {
 namespace {
@@ -53,22 +54,14 @@ const std::vector<Mat3>& latticeSymmetries() {
   return symmetries;
 }
 
-std::vector<Mat3> spreadRotations(int count) {
-  constexpr double kPhi = std::numbers::sqrt2;
-  constexpr double kPsi = 1.533751168755204288118041;  // psi^4 = psi + 4
-  const int points = count * static_cast<int>(latticeSymmetries().size());
-  std::vector<Mat3> rotations;
-  for (int i = 0; i < points; ++i) {
-    const double s = i + 0.5, alpha = 2 * std::numbers::pi * s / kPhi, beta = 2 * std::numbers::pi * s / kPsi;
-    const double r = std::sqrt(s / points), rest = std::sqrt(1 - s / points);
-    const Mat3 rotation = Eigen::Quaterniond(rest * std::cos(beta), r * std::sin(alpha), r * std::cos(alpha),
-                                             rest * std::sin(beta))
-                              .toRotationMatrix();
-    const bool turnsLeast = std::ranges::all_of(latticeSymmetries(), [&](const Mat3& symmetry) {
-      return rotation.trace() >= (rotation * symmetry).trace();
-    });
-    if (turnsLeast) rotations.push_back(rotation);
-  }
+std::vector<Mat3> spreadLattices(int count) {
+  const std::vector<Mat3>& symmetries = latticeSymmetries();
+  std::vector<Mat3> rotations = spreadRotations(count * static_cast<int>(symmetries.size()));
+  // Of the rotations that turn the lattice alike, the one that turns least.
+  std::erase_if(rotations, [&](const Mat3& rotation) {
+    return std::ranges::any_of(
+        symmetries, [&](const Mat3& symmetry) { return rotation.trace() < (rotation * symmetry).trace(); });
+  });
   return rotations;
 }
 

@@ -13,8 +13,8 @@ namespace polestar::detail {
 const std::vector<Mat3>& latticeSymmetries();
 
 /// About `count` rotations, spread evenly over those that a lattice tells apart (each is the one of the 24
-/// that mean the same lattice that turns the least). Spirals on the 3-sphere. [Alexa 2022]
-std::vector<Mat3> spreadRotations(int count);
+/// that mean the same lattice that turns the least).
+std::vector<Mat3> spreadLattices(int count);
 
 /// Of `axes` after each of the symmetries, those that turn the least.
 Mat3 nearestToIdentity(const Mat3& axes, const std::vector<Mat3>& symmetries);

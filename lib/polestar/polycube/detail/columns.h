@@ -7,14 +7,12 @@
 
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <span>
 #include <vector>
 
 #include "polestar/core/detail/parallel.h"
 #include "polestar/polycube/detail/heaviest_closure.h"
 #include "polestar/polycube/polycube.h"
-#include "polestar/star/star_shape.h"
 
 namespace polestar::detail {
 
@@ -54,32 +52,6 @@ void walkCells(const Vec3& direction, double length, Visit&& visit) {
     begin = end;
   }
 }
-
-/// How far a solid reaches in every direction, looked up: bilinear on a cube's faces, in its longest
-/// component. Between creases good to about the square of the table's spacing (1/64).
-class ReachTable {
- public:
-  ReachTable(const StarShape& shape, const Context& context);
-
-  /// Largest component of the point where the ray along `direction` (any length but 0) leaves the solid,
-  /// inner frame.
-  double reach(const Vec3& direction) const;
-
- private:
-  std::vector<double> values_;
-};
-
-/// The same without a table, by a search among the triangles.
-class ExactReach {
- public:
-  explicit ExactReach(const StarShape& shape);
-  ~ExactReach();
-  double reach(const Vec3& direction) const;
-
- private:
-  struct Data;
-  std::unique_ptr<const Data> data_;
-};
 
 /// Lengths of the columns within the solid, in inner units, where the lattice's axes are the columns of
 /// `axes`.
