@@ -119,13 +119,14 @@ BallAlignment byRadii(const BallMap& from, const BallMap& to, Session& session) 
   if (found.ambiguous) {
     const double apart =
         Eigen::AngleAxisd(Mat3(found.rotation * found.runnerUp.transpose())).angle() / kDegree;
-    session.context().log(LogLevel::warning, found.correlation == 0
-                                                 ? "--align: one of the solids is round, nothing was turned"
-                                                 : "--align: a turn that differs by " + shortNumber(apart) +
-                                                       " degrees fits about as well (correlation " +
-                                                       shortNumber(found.runnerUpCorrelation) + " to " +
-                                                       shortNumber(found.correlation) +
-                                                       "); --landmarks decides");
+    session.context().log(LogLevel::warning,
+                          found.correlation == 0
+                              ? "--align: one of the solids is round, or they have nothing in "
+                                "common; nothing was turned"
+                              : "--align: a turn that differs by " + shortNumber(apart) +
+                                    " degrees fits about as well (correlation " +
+                                    shortNumber(found.runnerUpCorrelation) + " to " +
+                                    shortNumber(found.correlation) + "); --landmarks decides");
   }
   return {match.motion, match.rotation};
 }

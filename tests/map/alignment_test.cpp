@@ -70,6 +70,10 @@ TEST(Alignment, SaysWhatIsAmbiguous) {
   const Alignment round = alignSolids(starShape(icosphere(4)), starShape(smoothStar(3)));
   EXPECT_TRUE(round.ambiguous);
   EXPECT_TRUE(round.rotation.isIdentity(0));
+  // A sphere whose facets are seen is no less round.
+  const Alignment coarse = alignSolids(starShape(icosphere(2)), starShape(smoothStar(3)));
+  EXPECT_TRUE(coarse.ambiguous);
+  EXPECT_TRUE(coarse.rotation.isIdentity(0));
 }
 
 TEST(Alignment, AMirroredBodyDoesNoHarm) {
