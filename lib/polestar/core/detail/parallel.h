@@ -36,14 +36,15 @@ void parallelChunks(std::size_t count, std::size_t chunk, Body&& body) {
   parallelChunks(count, chunk, Context::quiet(), std::forward<Body>(body));
 }
 
-/// Combines the results of term(begin, end) over fixed chunks, in order of the chunks.
+/// Combines the results of term(begin, end) over fixed chunks, in order of the chunks. What was combined so
+/// far is moved into combine(), so that lists which take it by value grow in place.
 template <class Value, class Term, class Combine>
 Value reduceChunks(std::size_t count, std::size_t chunk, Value init, Term&& term, Combine&& combine) {
   const std::size_t chunks = (count + chunk - 1) / chunk;
   std::vector<Value> partial(chunks, init);
   parallelChunks(count, chunk,
                  [&](std::size_t begin, std::size_t end) { partial[begin / chunk] = term(begin, end); });
-  for (const Value& value : partial) init = combine(init, value);
+  for (const Value& value : partial) init = combine(std::move(init), value);
   return init;
 }
 
