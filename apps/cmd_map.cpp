@@ -145,8 +145,8 @@ class MapCommand final : public Command {
     const Box box = boundingBox(ball.chart().green().shape().surface().mesh());
     const double voxel = size_.voxelSize(box);
     SolidGrids grids = session.timed("sample", [&] { return sample(map, voxel, session); });
-    const FilteredGrids filtered = session.timed(
-        "filter", [&] { return filterCells(grids, map.domain ? &*map.domain : nullptr, context); });
+    const MendedVoxels filtered = session.timed(
+        "filter", [&] { return mendVoxels(grids, map.domain ? &*map.domain : nullptr, context); });
     session.json()["filtered"] = {{"voxels", filtered.voxels},
                                   {"inverted_before", filtered.invertedBefore},
                                   {"largest_move_ball", filtered.largestMove}};

@@ -392,14 +392,14 @@ class MorphCommand final : public Command {
 
   /// Empty, or what is wrong.
   std::string judgeVoxels(SolidGrids& grids, Json& report, Session& session) {
-    const FilteredGrids filtered =
-        timed("filter", session, [&] { return filterCells(grids, nullptr, session.context()); });
-    const CellQuality cells = timed("judge", session, [&] { return judgeVoxelCells(grids); });
+    const MendedVoxels mended =
+        timed("judge", session, [&] { return mendVoxels(grids, nullptr, session.context()); });
+    const CellQuality& cells = mended.cells;
     report["voxels"] = cells.voxels;
     report["voxel_cells"] = {{"cells", cells.cells},
                              {"inverted", cells.inverted},
                              {"inverted_deep", cells.invertedDeep},
-                             {"filtered_voxels", filtered.voxels}};
+                             {"filtered_voxels", mended.voxels}};
     if (cells.invertedDeep == 0) return "";
     return counted(cells.invertedDeep, "cell", "cells") +
            " between voxels, deeper than one voxel, are inverted; use smaller voxels";

@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "polestar/certify/voxel_filter.h"
+#include "polestar/certify/voxel_untangling.h"
 #include "polestar/core/version.h"
 #include "polestar/map/alignment.h"
 #include "polestar/map/ball_motion.h"
@@ -280,27 +282,22 @@ struct IndexBox {
   }
 };
 
-// The deep inverted cells, each as the box of its corners, grown by `margin`; boxes that meet become one.
-std::vector<IndexBox> boxesOfInvertedCells(const SolidGrids& grids, int margin, std::size_t most,
-                                           std::size_t& count) {
-  constexpr int n = SolidGrids::Brick::kSize;
-  std::vector<std::vector<IndexBox>> found(grids.leafCount("rest"));
-  grids.visitBricks("rest", [&](std::size_t leaf, const SolidGrids::Brick& brick) {
-    const VoxelBlock block{n, brick.values, brick.signedDistance, brick.active, grids.voxelSize()};
-    if (judgeCells(block).invertedDeep == 0) return;
-    for (const std::array<int, 3>& cell : deepInvertedCells(block)) {
-      IndexBox box{};
-      for (int a = 0; a < 3; ++a) {
-        box.low[a] = brick.origin[a] + cell[a] - margin;
-        box.high[a] = brick.origin[a] + cell[a] + 1 + margin;
-      }
-      found[leaf].push_back(box);
-    }
-  });
+// The deep inverted cells of a leaf, each as the box of its corners, grown by `margin`.
+std::vector<IndexBox> boxesOf(const VoxelBlock& block, const SolidGrids::Brick& brick, int margin) {
   std::vector<IndexBox> boxes;
-  for (const auto& part : found) boxes.insert(boxes.end(), part.begin(), part.end());
-  count = boxes.size();
-  if (count > most) return {};
+  for (const std::array<int, 3>& cell : deepInvertedCells(block)) {
+    IndexBox box{};
+    for (int a = 0; a < 3; ++a) {
+      box.low[a] = brick.origin[a] + cell[a] - margin;
+      box.high[a] = brick.origin[a] + cell[a] + 1 + margin;
+    }
+    boxes.push_back(box);
+  }
+  return boxes;
+}
+
+// Boxes that meet become one.
+void mergeBoxes(std::vector<IndexBox>& boxes) {
   for (bool merged = true; merged;) {
     merged = false;
     for (std::size_t i = 0; i < boxes.size(); ++i) {
@@ -312,54 +309,74 @@ std::vector<IndexBox> boxesOfInvertedCells(const SolidGrids& grids, int margin, 
       }
     }
   }
-  return boxes;
 }
 
-// Means of neighbours may lie outside beside a reentrant edge: those samples stay what they were. (The
-// solid's voxels alone have to lie in the domain.) Whether fewer deep cells are inverted all the same.
-bool keepInside(const DomainMap& map, const VoxelBlock& block, FilteredBlock& filtered) {
-  std::vector<Vec3> places(filtered.moved.size()), ball(places.size());
+// Every leaf fills its own slot, so that the result does not depend on who visits when.
+CellQuality judgeLeaves(
+    const SolidGrids& grids, const std::string& vectorGrid,
+    const std::function<void(std::size_t, const VoxelBlock&, const SolidGrids::Brick&)>& ofLeafWithInverted) {
+  std::vector<CellQuality> quality(grids.leafCount(vectorGrid));
+  grids.visitBricks(vectorGrid, [&](std::size_t leaf, const SolidGrids::Brick& brick) {
+    const VoxelBlock block{SolidGrids::Brick::kSize, brick.values, brick.signedDistance, brick.active,
+                           grids.voxelSize()};
+    quality[leaf] = judgeCells(block);
+    if (quality[leaf].invertedDeep > 0 && ofLeafWithInverted) ofLeafWithInverted(leaf, block, brick);
+  });
+  CellQuality total;
+  for (const CellQuality& part : quality) total += part;
+  return total;
+}
+
+std::vector<char> outsideOf(const DomainMap& map, std::span<const Vec3> places) {
+  std::vector<Vec3> ball(places.size());
   std::vector<double> green(places.size());
-  for (std::size_t k = 0; k < places.size(); ++k) places[k] = filtered.rest[filtered.moved[k]].cast<double>();
   map.domain().sample(places, ball, green);
-  for (std::size_t k = 0; k < places.size(); ++k) {
-    const std::size_t sample = filtered.moved[k];
-    if (block.signedDistance[sample] < 0 && !(ball[k].norm() <= 1))
-      filtered.rest[sample] = block.rest[sample];
-  }
-  VoxelBlock after = block;
-  after.rest = filtered.rest;
-  return judgeCells(after).invertedDeep < judgeCells(block).invertedDeep;
+  std::vector<char> outside(places.size());
+  for (std::size_t i = 0; i < places.size(); ++i) outside[i] = !(ball[i].norm() <= 1);
+  return outside;
 }
 
 }  // namespace
 
-FilteredGrids filterCells(SolidGrids& grids, const DomainMap* domain, Context& context) {
+MendedVoxels mendVoxels(SolidGrids& grids, const DomainMap* domain, Context& context) {
   constexpr int kMargin = 8, kLargest = 160;
   constexpr double kMost = 1e-3;
-  FilteredGrids result;
-  const auto most = static_cast<std::size_t>(kMost * static_cast<double>(grids.insideVoxels()));
-  for (const IndexBox& box : boxesOfInvertedCells(grids, kMargin, most, result.invertedBefore)) {
+  std::vector<std::vector<IndexBox>> found(grids.leafCount("rest"));
+  MendedVoxels result;
+  result.cells = judgeLeaves(grids, "rest",
+                             [&](std::size_t leaf, const VoxelBlock& block, const SolidGrids::Brick& brick) {
+                               found[leaf] = boxesOf(block, brick, kMargin);
+                             });
+  std::vector<IndexBox> boxes;
+  for (const auto& part : found) boxes.insert(boxes.end(), part.begin(), part.end());
+  result.invertedBefore = boxes.size();
+  if (static_cast<double>(boxes.size()) > kMost * static_cast<double>(grids.insideVoxels())) boxes.clear();
+  mergeBoxes(boxes);
+  for (const IndexBox& box : boxes) {
     context.throwIfCancelled();
     int size = 0;
     for (int a = 0; a < 3; ++a) size = std::max(size, box.high[a] - box.low[a] + 1);
     if (size > kLargest) continue;
     SolidGrids::Cube cube = grids.readCube("rest", box.low, size);
     const VoxelBlock block{size, cube.values, cube.signedDistance, cube.active, grids.voxelSize()};
-    FilteredBlock filtered = filterInvertedCells(block, !domain);
-    if (domain && !keepInside(*domain, block, filtered)) continue;
-    cube.values = std::move(filtered.rest);
-    grids.replace("rest", cube, filtered.moved);
-    result.voxels += filtered.moved.size();
-    result.largestMove = std::max(result.largestMove, filtered.largestMove);
+    MendedBlock mended =
+        domain ? untangleInvertedCells(
+                     block, [&](std::span<const Vec3> places) { return outsideOf(*domain, places); }, context)
+               : filterInvertedCells(block);
+    cube.values = std::move(mended.rest);
+    grids.replace("rest", cube, mended.moved);
+    result.voxels += mended.moved.size();
+    result.largestMove = std::max(result.largestMove, mended.largestMove);
   }
   if (result.voxels > 0) {
+    result.cells = judgeVoxelCells(grids);
     char move[16];
     std::snprintf(move, sizeof move, "%.2g", result.largestMove);
     context.log(LogLevel::warning,
                 "the map turns faster than these voxels hold: " + std::to_string(result.invertedBefore) +
                     " cells between them were inverted; " + std::to_string(result.voxels) +
-                    " voxels of rest around were low-pass filtered, moved by at most " + move +
+                    " voxels of rest around were " + (domain ? "untangled" : "low-pass filtered") +
+                    ", moved by at most " + move +
                     (domain ? " of half the domain's length" : " of the ball's radius"));
   }
   grids.setMetadata("polestar:filtered_voxels", static_cast<std::int64_t>(result.voxels));
@@ -367,15 +384,7 @@ FilteredGrids filterCells(SolidGrids& grids, const DomainMap* domain, Context& c
 }
 
 CellQuality judgeVoxelCells(const SolidGrids& grids, const std::string& vectorGrid) {
-  // Every leaf fills its own slot, so that the result does not depend on who visits when.
-  std::vector<CellQuality> quality(grids.leafCount(vectorGrid));
-  grids.visitBricks(vectorGrid, [&](std::size_t leaf, const SolidGrids::Brick& brick) {
-    quality[leaf] = judgeCells(
-        {SolidGrids::Brick::kSize, brick.values, brick.signedDistance, brick.active, grids.voxelSize()});
-  });
-  CellQuality total;
-  for (const CellQuality& part : quality) total += part;
-  return total;
+  return judgeLeaves(grids, vectorGrid, {});
 }
 
 namespace {

@@ -13,7 +13,7 @@
 #include <optional>
 
 #include "polestar/certify/certificate.h"
-#include "polestar/certify/voxel_filter.h"
+#include "polestar/certify/voxel_cells.h"
 #include "polestar/chart/green_chart.h"
 #include "polestar/green/green_function.h"
 #include "polestar/map/balanced.h"
@@ -109,17 +109,19 @@ struct TracedGrids {
 TracedGrids tracedGridsOf(const BallMap& map, const GridOptions& options,
                           Context& context = Context::quiet());
 
-/// What filterCells() changed.
-struct FilteredGrids {
+/// What mendVoxels() changed.
+struct MendedVoxels {
   std::size_t voxels = 0;          ///< of `rest` that moved
   std::size_t invertedBefore = 0;  ///< cells deeper than one voxel
   double largestMove = 0;          ///< in ball radii; in domain units of another domain
+  CellQuality cells;               ///< judgeVoxelCells() of what the grids hold now
 };
-/// Low-pass filters `rest` around the cells deeper than a voxel that came out inverted, where these are few
-/// (up to one in a thousand cells): see certify/voxel_filter.h. Counted in the metadata.
+/// Moves samples of `rest` around the cells deeper than a voxel that came out inverted, where these are few
+/// (up to one in a thousand cells): by a low-pass filter in the ball (certify/voxel_filter.h), by untangling
+/// in other domains (certify/voxel_untangling.h). Counted in the metadata.
 /// `domain`: the map that `rest` was made from, where that is no ball map.
-FilteredGrids filterCells(SolidGrids& grids, const DomainMap* domain = nullptr,
-                          Context& context = Context::quiet());
+MendedVoxels mendVoxels(SolidGrids& grids, const DomainMap* domain = nullptr,
+                        Context& context = Context::quiet());
 
 /// Judges the cells of a grid as written: `rest`, or `position`.
 CellQuality judgeVoxelCells(const SolidGrids& grids, const std::string& vectorGrid = "rest");

@@ -74,7 +74,7 @@ TEST(VoxelFilter, MendsCellsThatASheetCrosses) {
   const Lattice lattice = sheetLattice();
   const CellQuality before = judgeCells(lattice.block());
   ASSERT_GT(before.invertedDeep, 0u);
-  const FilteredBlock filtered = filterInvertedCells(lattice.block());
+  const MendedBlock filtered = filterInvertedCells(lattice.block());
   VoxelBlock after = lattice.block();
   after.rest = filtered.rest;
   EXPECT_EQ(judgeCells(after).invertedDeep, 0u);
@@ -97,7 +97,7 @@ TEST(VoxelFilter, MendsCellsThatASheetCrosses) {
 
 TEST(VoxelFilter, LeavesGoodCellsAlone) {
   const Lattice lattice([](const Vec3& x) { return far(x[1] + 0.3 * x[2], x[2] - 0.2 * x[0], x[0]); });
-  const FilteredBlock filtered = filterInvertedCells(lattice.block());
+  const MendedBlock filtered = filterInvertedCells(lattice.block());
   EXPECT_TRUE(filtered.moved.empty());
   EXPECT_EQ(filtered.rest, lattice.rest);
 }
@@ -105,7 +105,7 @@ TEST(VoxelFilter, LeavesGoodCellsAlone) {
 TEST(VoxelFilter, AFoldStaysAFold) {
   const Lattice lattice(
       [](const Vec3& x) { return far(std::abs(x[1] - 3) < 6 ? 3 - (x[1] - 3) : x[1], x[2], x[0]); });
-  const FilteredBlock filtered = filterInvertedCells(lattice.block());
+  const MendedBlock filtered = filterInvertedCells(lattice.block());
   EXPECT_TRUE(filtered.moved.empty());
   EXPECT_EQ(filtered.rest, lattice.rest);
 }

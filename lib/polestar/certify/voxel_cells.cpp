@@ -177,4 +177,27 @@ CellQuality judgeCells(const VoxelBlock& block) {
   return quality;
 }
 
+std::vector<std::array<int, 3>> deepInvertedCells(const VoxelBlock& block) {
+  const auto n = static_cast<std::size_t>(block.size);
+  std::vector<std::array<int, 3>> found;
+  std::array<Vec3f, 8> rest;
+  std::array<float, 8> distance;
+  std::array<std::uint8_t, 8> active;
+  for (std::size_t i = 0; i + 1 < n; ++i) {
+    for (std::size_t j = 0; j + 1 < n; ++j) {
+      for (std::size_t k = 0; k + 1 < n; ++k) {
+        for (std::size_t c = 0; c < 8; ++c) {
+          const std::size_t id = ((i + (c >> 2)) * n + j + (c >> 1 & 1)) * n + k + (c & 1);
+          rest[c] = block.rest[id];
+          distance[c] = block.signedDistance[id];
+          active[c] = block.active[id];
+        }
+        if (judgeCells({2, rest, distance, active, block.voxelSize}).invertedDeep > 0)
+          found.push_back({static_cast<int>(i), static_cast<int>(j), static_cast<int>(k)});
+      }
+    }
+  }
+  return found;
+}
+
 }  // namespace polestar

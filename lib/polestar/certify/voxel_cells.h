@@ -3,9 +3,11 @@
 // written; a cell of eight voxels is good when that interpolant has a positive Jacobian determinant
 // everywhere in it.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "polestar/core/types.h"
 
@@ -43,5 +45,15 @@ struct CellQuality {
 /// for the trilinear interpolant of the stored floats: coefficients count as positive or negative only beyond
 /// a bound of their rounding errors, and at a cell's corners exact arithmetic has the last word.
 CellQuality judgeCells(const VoxelBlock& block);
+
+/// Lowest corners, by their place in the block, of the cells that judgeCells() counts as invertedDeep.
+std::vector<std::array<int, 3>> deepInvertedCells(const VoxelBlock& block);
+
+/// What was done to some samples of a block, so that fewer of its cells are inverted.
+struct MendedBlock {
+  std::vector<Vec3f> rest;         ///< of the block, in its order
+  std::vector<std::size_t> moved;  ///< samples that changed, ascending
+  double largestMove = 0;          ///< in the units of `rest`
+};
 
 }  // namespace polestar

@@ -11,14 +11,12 @@ constexpr int kRings = 4, kSweeps = 24, kBorder = 2;
 
 class Filter {
  public:
-  Filter(const VoxelBlock& block, bool inBall)
-      : block_(block), inBall_(inBall), n_(block.size), rest_(block.rest.begin(), block.rest.end()) {}
+  explicit Filter(const VoxelBlock& block)
+      : block_(block), n_(block.size), rest_(block.rest.begin(), block.rest.end()) {}
 
-  FilteredBlock run() {
+  MendedBlock run() {
     const CellQuality before = judge();
     bool done = before.invertedDeep == 0;
-    std::size_t least = before.invertedDeep;
-    std::vector<Vec3f> best;  // of what is not done
     std::vector<char> bad(rest_.size(), 0);
     for (int rings = 1; rings <= kRings && !done; ++rings) {
       rest_.assign(block_.rest.begin(), block_.rest.end());
@@ -28,14 +26,10 @@ class Filter {
         const CellQuality now = judge();
         if (now.inverted > before.inverted) continue;
         done = now.invertedDeep == 0;
-        if (inBall_ || now.invertedDeep >= least) continue;
-        least = now.invertedDeep;
-        best = rest_;
       }
     }
-    FilteredBlock result;
-    if (!done && best.empty()) rest_.assign(block_.rest.begin(), block_.rest.end());
-    if (!done && !best.empty()) rest_ = std::move(best);
+    MendedBlock result;
+    if (!done) rest_.assign(block_.rest.begin(), block_.rest.end());
     for (std::size_t i = 0; i < rest_.size(); ++i) {
       if (rest_[i] == block_.rest[i]) continue;
       result.moved.push_back(i);
@@ -106,49 +100,20 @@ class Filter {
       }
       const Vec3 old = before[i].cast<double>();
       if (pairs == 0) continue;
-      Vec3 filtered = old + 0.6 * weight[i] * (mean / pairs - old);
-      if (inBall_) {
-        const double radius = block_.rest[i].cast<double>().norm();
-        if (!(radius > 0 && filtered.norm() > 0)) continue;
-        filtered *= radius / filtered.norm();
-      }
-      rest_[i] = filtered.cast<float>();
+      const Vec3 filtered = old + 0.6 * weight[i] * (mean / pairs - old);
+      const double radius = block_.rest[i].cast<double>().norm();
+      if (!(radius > 0 && filtered.norm() > 0)) continue;
+      rest_[i] = (radius / filtered.norm() * filtered).cast<float>();
     }
   }
 
   const VoxelBlock& block_;
-  bool inBall_;
   int n_;
   std::vector<Vec3f> rest_;
 };
 
 }  // namespace
 
-std::vector<std::array<int, 3>> deepInvertedCells(const VoxelBlock& block) {
-  const auto n = static_cast<std::size_t>(block.size);
-  std::vector<std::array<int, 3>> found;
-  std::array<Vec3f, 8> rest;
-  std::array<float, 8> distance;
-  std::array<std::uint8_t, 8> active;
-  for (std::size_t i = 0; i + 1 < n; ++i) {
-    for (std::size_t j = 0; j + 1 < n; ++j) {
-      for (std::size_t k = 0; k + 1 < n; ++k) {
-        for (std::size_t c = 0; c < 8; ++c) {
-          const std::size_t id = ((i + (c >> 2)) * n + j + (c >> 1 & 1)) * n + k + (c & 1);
-          rest[c] = block.rest[id];
-          distance[c] = block.signedDistance[id];
-          active[c] = block.active[id];
-        }
-        if (judgeCells({2, rest, distance, active, block.voxelSize}).invertedDeep > 0)
-          found.push_back({static_cast<int>(i), static_cast<int>(j), static_cast<int>(k)});
-      }
-    }
-  }
-  return found;
-}
-
-FilteredBlock filterInvertedCells(const VoxelBlock& block, bool inBall) {
-  return Filter(block, inBall).run();
-}
+MendedBlock filterInvertedCells(const VoxelBlock& block) { return Filter(block).run(); }
 
 }  // namespace polestar

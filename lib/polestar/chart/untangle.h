@@ -22,14 +22,9 @@ struct Untangling {
 /// left alone. A patch keeps its new places only when
 /// they leave fewer bad cells than it had.
 ///
-/// Minimizes the sum over the patch's cells of |J|^2 / (3 d^(2/3)) + kVolume (d + 1/d) / 2, J from the
-/// cell's reference to its present shape, d its determinant: first with d regularized so that it may be
-/// negative [Garanzha, Kaporin, Kudryavtseva, Protais, Ray, Sokolov 2021, "Foldover-free maps in 50 lines of
-/// code"], then as a barrier. The reference is the cell as it was traced where that is sound; else the same
-/// cell between the rays of its vertices at its nodes' distances from the center, made to fall from level to
-/// level: never inverted on a star shape. By L-BFGS, preconditioned with
-/// incomplete factors of the references' Laplacian. Same result for any number of threads. Some hundred
-/// passes over the patches.
+/// By core/detail/untangle_tets.h. A cell's reference is the cell as it was traced where that is sound; else
+/// the same cell between the rays of its vertices at its nodes' distances from the center, made to fall from
+/// level to level: never inverted on a star shape. Same result for any number of threads.
 /// @throws Error{Errc::cancelled}
 Untangling untangle(Foliation& foliation, int rings, const Context& context);
 

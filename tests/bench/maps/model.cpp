@@ -91,7 +91,7 @@ struct Judged {
 Judged judge(const BallMap& map, double voxel) {
   Stopwatch watch;
   SolidGrids grids = gridsOf(map, {.voxelSize = voxel});
-  const FilteredGrids filtered = filterCells(grids);
+  const MendedVoxels filtered = mendVoxels(grids);
   const double sampling = watch.lap().wall;
   Certificate certificate = certifyGrids(map, grids);
   return {std::move(certificate), filtered.voxels, sampling, watch.lap().wall};

@@ -1,0 +1,260 @@
+#include "polestar/certify/voxel_untangling.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "polestar/core/detail/untangle_tets.h"
+
+namespace polestar {
+namespace {
+
+constexpr int kBorder = 2;
+constexpr int kRings[] = {0, 1, 2};
+/// A corner of a cell is the reference of its own tetrahedron unless its determinant is below this share of
+/// the patch's mean Jacobian's.
+constexpr double kSoundShare = 0.2;
+constexpr int kAttempts = 6;
+constexpr double kMostMove = 2;  // of the mean length of the images of a patch's voxel steps
+/// Of a patch: 20 ms each at worst, and hundreds are no accident of sampling.
+constexpr std::size_t kMostSamples = 500;
+
+using Place = std::array<int, 3>;
+
+class Untangling {
+ public:
+  Untangling(const VoxelBlock& block, const IsOutside& outside)
+      : block_(block), outside_(outside), n_(block.size), rest_(block.rest.begin(), block.rest.end()) {}
+
+  MendedBlock run(const Context& context) {
+    for (const int rings : kRings) {
+      const std::vector<Place> bad = deepInvertedCells(now());
+      if (bad.empty()) break;
+      for (const std::vector<std::size_t>& patch : patchesAround(bad, rings)) {
+        if (patch.size() <= kMostSamples) mend(patch, context);
+      }
+    }
+    MendedBlock result;
+    for (std::size_t i = 0; i < rest_.size(); ++i) {
+      if (rest_[i] == block_.rest[i]) continue;
+      result.moved.push_back(i);
+      result.largestMove =
+          std::max(result.largestMove, (rest_[i].cast<double>() - block_.rest[i].cast<double>()).norm());
+    }
+    result.rest = std::move(rest_);
+    return result;
+  }
+
+ private:
+  std::size_t at(const Place& p) const { return (static_cast<std::size_t>(p[0]) * n_ + p[1]) * n_ + p[2]; }
+  Place placeOf(std::size_t id) const {
+    const auto n = static_cast<std::size_t>(n_);
+    return {static_cast<int>(id / (n * n)), static_cast<int>(id / n % n), static_cast<int>(id % n)};
+  }
+  VoxelBlock now() const {
+    VoxelBlock block = block_;
+    block.rest = rest_;
+    return block;
+  }
+
+  template <class Visit>
+  static void visitAround(const Place& p, int rings, Visit&& visit) {
+    for (int a = -rings; a <= rings; ++a) {
+      for (int b = -rings; b <= rings; ++b) {
+        for (int c = -rings; c <= rings; ++c) visit(Place{p[0] + a, p[1] + b, p[2] + c});
+      }
+    }
+  }
+  static Place corner(const Place& cell, int c) {
+    return {cell[0] + (c >> 2), cell[1] + (c >> 1 & 1), cell[2] + (c & 1)};
+  }
+
+  bool movable(const Place& p) const {
+    const auto [low, high] = std::minmax({p[0], p[1], p[2]});
+    if (low < kBorder || high >= n_ - kBorder) return false;
+    bool known = true;
+    visitAround(p, 1, [&](const Place& q) { known = known && block_.active[at(q)]; });
+    return known;
+  }
+
+  // Samples that may move, as sets that share no cell.
+  std::vector<std::vector<std::size_t>> patchesAround(const std::vector<Place>& bad, int rings) const {
+    std::vector<char> state(rest_.size(), 0);  // 1: may move, 2: in a patch
+    std::vector<std::size_t> all;
+    for (const Place& cell : bad) {
+      for (int c = 0; c < 8; ++c) {
+        visitAround(corner(cell, c), rings, [&](const Place& p) {
+          if (*std::min_element(p.begin(), p.end()) < 0 || *std::max_element(p.begin(), p.end()) >= n_)
+            return;
+          if (state[at(p)] || !movable(p)) return;
+          state[at(p)] = 1;
+          all.push_back(at(p));
+        });
+      }
+    }
+    std::sort(all.begin(), all.end());
+    std::vector<std::vector<std::size_t>> patches;
+    for (const std::size_t seed : all) {
+      if (state[seed] != 1) continue;
+      std::vector<std::size_t> patch{seed};
+      state[seed] = 2;
+      for (std::size_t i = 0; i < patch.size(); ++i) {
+        visitAround(placeOf(patch[i]), 1, [&](const Place& p) {
+          if (state[at(p)] != 1) return;
+          state[at(p)] = 2;
+          patch.push_back(at(p));
+        });
+      }
+      std::sort(patch.begin(), patch.end());
+      patches.push_back(std::move(patch));
+    }
+    return patches;
+  }
+
+  // Lowest corners of the cells around the samples of a patch, each once.
+  std::vector<Place> cellsAround(const std::vector<std::size_t>& patch) const {
+    std::vector<std::size_t> cells;
+    for (const std::size_t id : patch) {
+      const Place p = placeOf(id);
+      for (int c = 0; c < 8; ++c) cells.push_back(at({p[0] - (c >> 2), p[1] - (c >> 1 & 1), p[2] - (c & 1)}));
+    }
+    std::sort(cells.begin(), cells.end());
+    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+    std::vector<Place> places;
+    for (const std::size_t id : cells) places.push_back(placeOf(id));
+    return places;
+  }
+
+  CellQuality judge(const std::vector<Place>& cells) const {
+    CellQuality total;
+    std::array<Vec3f, 8> rest;
+    std::array<float, 8> distance;
+    std::array<std::uint8_t, 8> active;
+    for (const Place& cell : cells) {
+      for (int c = 0; c < 8; ++c) {
+        const std::size_t id = at(corner(cell, c));
+        rest[c] = rest_[id];
+        distance[c] = block_.signedDistance[id];
+        active[c] = block_.active[id];
+      }
+      total += judgeCells({2, rest, distance, active, block_.voxelSize});
+    }
+    return total;
+  }
+
+  struct CornerTet {
+    std::array<std::size_t, 4> sample;
+    Mat3 steps;  // its edges in the lattice, positive
+    Mat3 edges;  // their images
+  };
+
+  CornerTet cornerTet(const Place& cell, int c) const {
+    CornerTet tet;
+    const Place at0 = corner(cell, c);
+    tet.sample[0] = at(at0);
+    // Steps along the axes away from the corner; two of them change places where that is left-handed.
+    std::array<int, 3> axes{0, 1, 2};
+    const int turned = (c >> 2 & 1) + (c >> 1 & 1) + (c & 1);
+    if (turned % 2 == 1) std::swap(axes[1], axes[2]);
+    for (int k = 0; k < 3; ++k) {
+      const int axis = axes[k], step = (c >> (2 - axis) & 1) ? -1 : 1;
+      Place next = at0;
+      next[axis] += step;
+      tet.sample[k + 1] = at(next);
+      tet.steps.col(k) = step * Vec3::Unit(axis);
+      tet.edges.col(k) = (rest_[at(next)] - rest_[tet.sample[0]]).cast<double>();
+    }
+    return tet;
+  }
+
+  // Samples that would leave the domain stay where they are, and the others try again without them.
+  void mend(std::vector<std::size_t> patch, const Context& context) {
+    for (int attempt = 0; attempt < kAttempts && !patch.empty(); ++attempt) {
+      const std::vector<Vec3> places = solve(patch, context);
+      if (places.empty()) return;
+      const std::vector<std::size_t> leaving = thatLeave(patch, places);
+      if (leaving.empty()) return take(patch, places);
+      std::erase_if(patch, [&](std::size_t sample) {
+        return std::binary_search(leaving.begin(), leaving.end(), sample);
+      });
+    }
+  }
+
+  // The solid's samples alone have to lie in the domain.
+  std::vector<std::size_t> thatLeave(const std::vector<std::size_t>& patch,
+                                     const std::vector<Vec3>& places) const {
+    const std::vector<char> outside = outside_(places);
+    std::vector<std::size_t> leaving;
+    for (std::size_t i = 0; i < patch.size(); ++i) {
+      if (outside[i] && block_.signedDistance[patch[i]] < 0) leaving.push_back(patch[i]);
+    }
+    return leaving;
+  }
+
+  std::vector<Vec3> solve(const std::vector<std::size_t>& patch, const Context& context) const {
+    const std::vector<Place> cells = cellsAround(patch);
+    std::vector<CornerTet> tets;
+    for (const Place& cell : cells) {
+      for (int c = 0; c < 8; ++c) tets.push_back(cornerTet(cell, c));
+    }
+    Mat3 mean = Mat3::Zero();
+    for (const CornerTet& tet : tets) mean += tet.edges * tet.steps.transpose();
+    mean /= static_cast<double>(tets.size());
+    const double share = mean.determinant();
+    if (!(share > 0)) return {};
+
+    detail::TetPatch problem;
+    std::unordered_map<std::size_t, std::uint32_t> slots;
+    const auto slot = [&](std::size_t sample) {
+      const auto [found, isNew] = slots.try_emplace(sample, static_cast<std::uint32_t>(problem.nodes.size()));
+      if (isNew) problem.nodes.push_back(rest_[sample].cast<double>());
+      return found->second;
+    };
+    for (const std::size_t sample : patch) slot(sample);
+    problem.free = patch.size();
+    for (const CornerTet& tet : tets) {
+      detail::TetPatch::Tet element{
+          {}, tet.edges.determinant() > kSoundShare * share ? tet.edges : Mat3(mean * tet.steps)};
+      for (int k = 0; k < 4; ++k) element.node[k] = slot(tet.sample[k]);
+      problem.tets.push_back(element);
+    }
+    return detail::untangleTets(std::move(problem), context);
+  }
+
+  // Unless that would do no good, or cover up what really folds.
+  void take(const std::vector<std::size_t>& patch, const std::vector<Vec3>& places) {
+    const std::vector<Place> cells = cellsAround(patch);
+    const double most = kMostMove * meanStep(cells);
+    const CellQuality before = judge(cells);
+    std::vector<Vec3f> old;
+    bool near = true;
+    for (std::size_t i = 0; i < patch.size(); ++i) {
+      near = near && (places[i] - block_.rest[patch[i]].cast<double>()).norm() <= most;
+      old.push_back(rest_[patch[i]]);
+      rest_[patch[i]] = places[i].cast<float>();
+    }
+    const CellQuality after = judge(cells);
+    if (near && after.invertedDeep < before.invertedDeep && after.inverted <= before.inverted) return;
+    for (std::size_t i = 0; i < patch.size(); ++i) rest_[patch[i]] = old[i];
+  }
+
+  double meanStep(const std::vector<Place>& cells) const {
+    double sum = 0;
+    for (const Place& cell : cells) sum += cornerTet(cell, 0).edges.colwise().norm().mean();
+    return sum / static_cast<double>(cells.size());
+  }
+
+  const VoxelBlock& block_;
+  const IsOutside& outside_;
+  int n_;
+  std::vector<Vec3f> rest_;
+};
+
+}  // namespace
+
+MendedBlock untangleInvertedCells(const VoxelBlock& block, const IsOutside& outside, const Context& context) {
+  return Untangling(block, outside).run(context);
+}
+
+}  // namespace polestar
