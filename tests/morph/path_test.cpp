@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "polestar/map/ball_motion.h"
+#include "polestar/mesh/shapes.h"
 #include "polestar/morph/frame_proof.h"
 #include "shapes.h"
 #include "support/meshes.h"
@@ -44,6 +45,17 @@ TEST(MorphPath, NodesAreTheInversesOfTheMaps) {
     for (std::size_t id = complex.ball().vertexCount; id < ball.size(); ++id)
       ASSERT_LT((ball[id] - complex.ball().nodes[id]).norm(), 1e-6) << "node " << id;
   }
+}
+
+// A crease asks for levels a millionth apart; the other shape's table begins a hundredth below its surface.
+TEST(MorphPath, ThinLevelsOfOneShapeFoldNoOther) {
+  const BallMap& body = lobes();
+  const double firstOfBody = body.radius().value(body.chart().foliation().levels[1]);
+  const MorphComplex complex({{testing::ballMap(testing::starShape(cube(4))), nullptr}, {body, nullptr}},
+                             coarse());
+  ASSERT_GT(complex.ball().levels[1], 1 - 0.01 * (1 - firstOfBody)) << "the cube asks for thinner levels";
+  EXPECT_EQ(complex.report().ends[1].mending.badBefore, 0u);
+  EXPECT_TRUE(provePassage(complex, 0, 1).holds());
 }
 
 TEST(MorphPath, AShapeIntoItselfStaysWhatItIs) {

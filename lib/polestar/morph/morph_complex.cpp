@@ -16,10 +16,12 @@ constexpr double kGrowth = 1.6;
 
 const Frame& frameOf(const BallMap& map) { return map.chart().green().shape().frame(); }
 
+// In the ball: the outermost level of a map's own table below the surface.
+double firstLevel(const BallMap& map) { return map.radius().value(map.chart().foliation().levels[1]); }
+
 std::vector<double> commonLevels(std::span<const MorphShape> shapes, const MorphOptions& options) {
   double step = options.largestStep;
-  for (const MorphShape& shape : shapes)
-    step = std::min(step, 1 - shape.map.radius().value(shape.map.chart().foliation().levels[1]));
+  for (const MorphShape& shape : shapes) step = std::min(step, 1 - firstLevel(shape.map));
   std::vector<double> levels{1};
   for (; levels.back() - step > options.innermost; step = std::min(options.largestStep, kGrowth * step))
     levels.push_back(levels.back() - step);
@@ -40,14 +42,28 @@ Foliation complexOf(const TriMesh& sphere, std::vector<double> levels) {
   return ball;
 }
 
-// f^-1(motion(y)) - c at all nodes.
-std::vector<Vec3> nodesOf(const Foliation& ball, const detail::CommonBoundary& boundary) {
+// f^-1(motion(y)) - c at all nodes. Levels that another shape needs may lie a millionth apart where this
+// one's table has none: what is linear in between is as good as the table there, and layers keep their
+// thickness.
+std::vector<Vec3> nodesOf(const Foliation& ball, const detail::CommonBoundary& boundary, double firstLevel) {
+  const std::size_t n = ball.vertexCount;
   std::vector<Vec3> nodes(ball.nodes.size());
   const std::span all(nodes);
   const std::span common(ball.nodes);
-  boundary.at(common.first(ball.vertexCount), all.first(ball.vertexCount));
-  boundary.inside(common.subspan(ball.vertexCount), all.subspan(ball.vertexCount));
+  std::size_t level = 1;
+  while (ball.levels[level] > firstLevel * (1 + 1e-12)) ++level;
+  boundary.at(common.first(n), all.first(n));
+  boundary.inside(common.subspan(level * n), all.subspan(level * n));
   nodes.back().setZero();
+  if (level == 1) return nodes;
+  std::vector<Vec3> first(common.begin(), common.begin() + static_cast<std::ptrdiff_t>(n));
+  for (Vec3& y : first) y *= firstLevel;
+  const std::vector<Vec3> asked = first;
+  boundary.inside(asked, first);
+  for (std::size_t k = 1; k < level; ++k) {
+    const double share = (1 - ball.levels[k]) / (1 - firstLevel);
+    for (std::size_t v = 0; v < n; ++v) nodes[ball.nodeId(k, v)] = (1 - share) * nodes[v] + share * first[v];
+  }
   return nodes;
 }
 
@@ -82,7 +98,7 @@ MorphComplex::MorphComplex(std::vector<MorphShape> shapes, const MorphOptions& o
     context.progress("inverting the maps", static_cast<double>(s) / static_cast<double>(data->shapes.size()));
     const MorphShape& shape = data->shapes[s];
     MorphReport::End end{.surfaceMax = sphere.worst[s], .surfaceRms = sphere.rms[s]};
-    std::vector<Vec3> nodes = nodesOf(ball, boundaries[s]);
+    std::vector<Vec3> nodes = nodesOf(ball, boundaries[s], firstLevel(shape.map));
     end.mending = mendCells(ball, nodes, context);
     for (Vec3& node : nodes) node = shape.rotation.transpose() * node;
     if (end.surfaceMax > options.surfaceTolerance) {
@@ -101,7 +117,7 @@ MorphComplex::MorphComplex(std::vector<MorphShape> shapes, const MorphOptions& o
 std::vector<Vec3> MorphComplex::nodesIn(const BallMap& map, const VolumeMap* motion) const {
   const Foliation& ball = data_->ball;
   const MorphShape shape{map, std::shared_ptr<const VolumeMap>(std::shared_ptr<void>(), motion)};
-  std::vector<Vec3> nodes = nodesOf(ball, detail::CommonBoundary(shape));
+  std::vector<Vec3> nodes = nodesOf(ball, detail::CommonBoundary(shape), firstLevel(map));
   for (Vec3& node : nodes) node += frameOf(map).origin;
   return nodes;
 }
