@@ -11,20 +11,25 @@
 namespace polestar {
 namespace {
 
-/// Steps between levels grow by so much inward from the first, which is as thin as in the maps' own tables.
-constexpr double kGrowth = 1.6;
-
 const Frame& frameOf(const BallMap& map) { return map.chart().green().shape().frame(); }
 
 // In the ball: the outermost level of a map's own table below the surface.
 double firstLevel(const BallMap& map) { return map.radius().value(map.chart().foliation().levels[1]); }
 
+// Those of the map with the thinnest first layer, so that its own lines keep their nodes where cells are
+// hardest to keep positive; as far as they are no farther apart than asked.
 std::vector<double> commonLevels(std::span<const MorphShape> shapes, const MorphOptions& options) {
-  double step = options.largestStep;
-  for (const MorphShape& shape : shapes) step = std::min(step, 1 - firstLevel(shape.map));
+  const MorphShape& thinnest = *std::max_element(
+      shapes.begin(), shapes.end(),
+      [](const MorphShape& a, const MorphShape& b) { return firstLevel(a.map) < firstLevel(b.map); });
   std::vector<double> levels{1};
-  for (; levels.back() - step > options.innermost; step = std::min(options.largestStep, kGrowth * step))
-    levels.push_back(levels.back() - step);
+  for (const double level : thinnest.map.chart().foliation().levels) {
+    const double radius = thinnest.map.radius().value(level);
+    if (levels.back() - radius > options.largestStep || radius < 2 * options.innermost) break;
+    if (radius < levels.back()) levels.push_back(radius);
+  }
+  while (levels.back() - options.largestStep > options.innermost)
+    levels.push_back(levels.back() - options.largestStep);
   levels.push_back(options.innermost);
   return levels;
 }
