@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "level_set_paths.h"
@@ -184,10 +185,11 @@ Json onVoxels(const Pair& pair, const char* method, const LevelSetPair& levelSet
 }  // namespace
 
 std::vector<Pair> pairs() {
-  std::vector<Pair> all{{"smooth star, head", "smooth_star.ply", "head.ply"},
-                        {"head, pig", "head.ply", "pig.ply"},
-                        {"asteroid, twelve lobes", "asteroid.ply", "twelve_lobes.ply"},
-                        {"head, itself turned by 150 degrees", "head.ply", "head.ply", 150 * M_PI / 180}};
+  std::vector<Pair> all{
+      {"smooth star, head", "smooth_star.ply", "head.ply"},
+      {"head, pig", "head.ply", "pig.ply"},
+      {"asteroid, twelve lobes", "asteroid.ply", "twelve_lobes.ply"},
+      {"head, itself turned by 150 degrees", "head.ply", "head.ply", 150 * std::numbers::pi / 180}};
   if (testing::meshFolder()) {
     all.push_back({"castalia, geographos", "castalia.obj", "geographos.ply"});
     all.push_back({"bennu, KW4Alpha", "bennu.ply", "KW4Alpha.obj"});
