@@ -8,6 +8,7 @@
 #include <future>
 #include <map>
 
+#include "cli/ball_alignment.h"
 #include "cli/dry_run.h"
 #include "cli/frame_plan.h"
 #include "cli/grid_size.h"
@@ -83,6 +84,12 @@ class MorphCommand final : public Command {
                    "throughout; auto (default): straight where no frame of the shot folds, else radial")
         ->check(CLI::IsMember({"auto", "straight", "radial"}).description(""))
         ->type_name("KIND");
+    addAlignmentOptions(app, alignment_,
+                        {.from = "the first shape",
+                         .to = "each later one",
+                         .rotateHelp = "Points go to those that these degrees about x, then y, then z take "
+                                       "them to, in the ball: shapes turn on their way",
+                         .more = true});
     app.add_option("--fps", fps_, "Frames a second: vel is in units a second")
         ->check(CLI::PositiveNumber.description(""))
         ->capture_default_str()
@@ -110,8 +117,7 @@ class MorphCommand final : public Command {
   void run(Session& session) override {
     plan(session);
     if (session.options().dryRun) return describeOutputs(session);
-    std::vector<MorphShape> shapes;
-    for (const fs::path& path : shapes_) shapes.push_back({loadOrMapSolid(path, "shape", session), nullptr});
+    std::vector<MorphShape> shapes = loadShapes(session);
     const Box box = boxAround(shapes);
     options_.grids = {.voxelSize = size_.voxelSize(box), .padding = kPaddingVoxels};
     const MorphComplex complex = session.timed("complex", [&] {
@@ -129,6 +135,7 @@ class MorphCommand final : public Command {
 
   void plan(Session& session) {
     for (const fs::path& shape : shapes_) session.addInput(shape);
+    addAlignmentInputs(alignment_, session);
     const fs::path output = session.options().output;
     if (output.empty()) throw Error(Errc::usage, "-o OUT.####.vdb is missing");
     if (output.extension() != ".vdb")
@@ -136,6 +143,11 @@ class MorphCommand final : public Command {
     if (!mesh_.empty() && !isMeshOutputName(mesh_))
       throw Error(Errc::usage, "--mesh " + mesh_.string() + " does not end in .ply, .obj, .off or .stl");
     if (shapes_.size() < 2) throw Error(Errc::usage, "a morph needs two shapes at least; name another");
+    if (!alignment_.surfaceMap.empty() && alignment_.surfaceMap.size() != shapes_.size()) {
+      throw Error(Errc::usage, counted(alignment_.surfaceMap.size(), "mesh", "meshes") + " for " +
+                                   counted(shapes_.size(), "shape", "shapes") +
+                                   ": --surface-map wants one on each");
+    }
     if (shot_ && !frames_) throw Error(Errc::usage, "--shot is for --frames, a part of it");
     if (!frames_ && weights_.empty())
       throw Error(Errc::usage,
@@ -207,6 +219,28 @@ class MorphCommand final : public Command {
 
   std::string gridNames() const {
     return std::string("grids surface, density, rest, vel") + (textures_.empty() ? "" : " and colors");
+  }
+
+  /// The common ball is the first shape's, and every later one is brought into line with that: not with the
+  /// one before it, so that what alignments miss does not add up, a way that ends where it began closes, and
+  /// stills between three have all of them in line.
+  std::vector<MorphShape> loadShapes(Session& session) const {
+    std::vector<MorphShape> shapes;
+    for (const fs::path& path : shapes_) shapes.push_back({loadOrMapSolid(path, "shape", session), nullptr});
+    if (!alignment_.any()) return shapes;
+    Json& told = session.json()["aligned"] = Json::array();
+    for (std::size_t s = 1; s < shapes.size(); ++s) {
+      const BallAlignment aligned = alignBalls(alignment_, shapes[0].map, shapes[s].map, session,
+                                               {.from = shapes_[0].filename().string(),
+                                                .to = shapes_[s].filename().string(),
+                                                .number = s,
+                                                .solids = shapes.size()});
+      shapes[s].motion = aligned.motion;
+      shapes[s].rotation = aligned.rotation;
+      told.push_back({{"shape", shapes_[s].string()}});
+      told.back().update(aligned.report);
+    }
+    return shapes;
   }
 
   static Box boxAround(const std::vector<MorphShape>& shapes) {
@@ -438,6 +472,7 @@ class MorphCommand final : public Command {
   std::optional<Ease> ease_;
   std::string weights_, path_ = "auto";
   double fps_ = 24;
+  AlignmentChoices alignment_;
   std::vector<std::string> textures_;
   MorphGridOptions options_;
   GridSize size_;

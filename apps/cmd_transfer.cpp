@@ -209,9 +209,10 @@ class TransferCommand final : public Command {
   /// Where the target looks up the texture: the way back from what the texture does.
   std::shared_ptr<const VolumeMap> motion(const BallMap& target, const std::optional<BallMap>& source,
                                           Session& session) const {
-    const std::shared_ptr<const VolumeMap> onward = alignBalls(alignment_, source, target, session).motion;
-    if (!onward) return nullptr;
-    return std::make_shared<const ComposedMap>(ComposedMap().thenInverse(onward));
+    const BallAlignment aligned = alignBalls(alignment_, source, target, session);
+    session.json().update(aligned.report);
+    if (!aligned.motion) return nullptr;
+    return std::make_shared<const ComposedMap>(ComposedMap().thenInverse(aligned.motion));
   }
 
   void setMetadata(SolidGrids& grids, const Session& session) const {

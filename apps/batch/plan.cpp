@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 constexpr const char* kSchema = "polestar-plan/1";
 
 /// Options whose values are files that the step reads.
-constexpr std::array kFileOptions{"source", "landmarks"};
+constexpr std::array kFileOptions{"source", "landmarks", "surface-map", "polycube"};
 
 bool matches(const std::string& pattern, const std::string& name) {
   return fnmatch(pattern.c_str(), name.c_str(), 0) == 0;

@@ -58,9 +58,10 @@ void Route::align(Session& session) {
     chain_.thenRotate(rotationXyz(*alignment.rotate));
     strict_.thenRotate(rotationXyz(*alignment.rotate));
   } else if (alignment.any()) {
-    const auto motion = alignBalls(alignment, source_.table, target_.table.value(), session).motion;
-    chain_.thenForward(motion);
-    strict_.thenForward(motion);
+    const BallAlignment aligned = alignBalls(alignment, source_.table, target_.table.value(), session);
+    session.json().update(aligned.report);
+    chain_.thenForward(aligned.motion);
+    strict_.thenForward(aligned.motion);
   }
 }
 

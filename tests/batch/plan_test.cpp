@@ -14,6 +14,7 @@ namespace {
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsSupersetOf;
 using ::testing::Not;
 
 class PlanTest : public ::testing::Test {
@@ -143,6 +144,25 @@ block = "b.obj"
   EXPECT_THAT(find(made, "transfer ct/a").arguments, Contains("--source=batch/maps/sources/ct.pmap"));
   EXPECT_THAT(find(made, "transfer mine/a").arguments, Contains("--source=mine.pmap"));
   EXPECT_THAT(find(made, "transfer mine/a").inputs, Contains("mine.vdb"));
+}
+
+TEST_F(PlanTest, FilesThatOptionsNameAreInputs) {
+  const Plan made = plan(R"(
+[map]
+domain = "polycube"
+polycube = "cells.txt"
+[textures]
+mine = { texture = "mine.vdb", source = "mine.pmap", transfer = { surface-map = ["on mine.ply", "on a.ply"] } }
+kiwi = { texture = "kiwi", transfer = { landmarks = "pairs.csv" } }
+[targets]
+a = "a.obj"
+)");
+  const Task& followed = find(made, "transfer mine/a");
+  EXPECT_THAT(followed.inputs, IsSupersetOf({"on mine.ply", "on a.ply"}));
+  const std::vector<std::string> last(followed.arguments.end() - 2, followed.arguments.end());
+  EXPECT_THAT(last, ElementsAre("--surface-map=on mine.ply", "--surface-map=on a.ply"));
+  EXPECT_THAT(find(made, "transfer kiwi/a").inputs, Contains("pairs.csv"));
+  EXPECT_THAT(find(made, "map a").inputs, ElementsAre("a.obj", "cells.txt"));
 }
 
 TEST_F(PlanTest, WithoutATransferTexturesAreDrawnFromTheMap) {

@@ -62,6 +62,32 @@ TEST_F(BatchTest, DoesWhatIsToBeDoneAndNoMore) {
   for (const auto& task : plan.json()["dry_run"]["tasks"]) EXPECT_TRUE(task["to_do"].get<bool>());
 }
 
+TEST_F(BatchTest, SurfaceMapsAreFollowedAndWatched) {
+  const TriMesh ball = icosphere(2);
+  folder_.obj("ball.obj", ball);
+  const std::string turned =
+      folder_.obj("turned.obj", transformed(ball, [](const Vec3& x) { return Vec3(-x.y(), x.x(), x.z()); }));
+  const auto make = [&](std::vector<std::string> words) {
+    const ToolRun run = runTool(words, {.folder = folder_.path()});
+    ASSERT_EQ(run.exitCode, 0) << run.err;
+  };
+  make({"map", "ball.obj", "-o", "ball.vdb", "--dim", "8", "--tolerance", "0.05"});
+  make({"transfer", "kiwi", "ball.vdb", "-o", "mine.vdb"});
+  const std::string jobs =
+      "output = \"o\"\nsteps = [\"transfer\"]\n[targets]\nb = \"ball.vdb\"\n[textures]\n"
+      "mine = { texture = \"mine.vdb\", source = \"ball.pmap\", "
+      "transfer = { surface-map = [\"ball.obj\", \"turned.obj\"] } }\n";
+  const auto counts = [&] {
+    const ToolRun run = batch(jobs, {"--json"});
+    EXPECT_EQ(run.exitCode, 0) << run.err;
+    return run.json()["report"]["counts"];
+  };
+  EXPECT_EQ(counts()["done"], 1);
+  EXPECT_EQ(counts()["up_to_date"], 1);
+  fs::last_write_time(turned, fs::last_write_time(folder_ / "o/solids/mine/b.vdb") + std::chrono::seconds(1));
+  EXPECT_EQ(counts()["done"], 1);
+}
+
 TEST_F(BatchTest, MistakesAreFoundBeforeAnythingRuns) {
   const auto refused = [&](const std::string& jobs, const std::string& what,
                            std::vector<std::string> more = {}) {

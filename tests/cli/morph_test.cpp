@@ -3,7 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <fstream>
+#include <numbers>
 
 #include "polestar/mesh/read_mesh.h"
 #include "polestar/mesh/shapes.h"
@@ -42,6 +47,12 @@ class Morph : public ::testing::Test {
     std::vector<std::string> words{"morph", star(), ball(), "--dim", "24"};
     words.insert(words.end(), more.begin(), more.end());
     return runTool(words, {.folder = scratch_.path()});
+  }
+
+  /// The surfaces of frames 1 to 3 of `m.####.ply`.
+  std::array<TriMesh, 3> surfaces() const {
+    return {readMesh(scratch_ / "m.0001.ply").mesh, readMesh(scratch_ / "m.0002.ply").mesh,
+            readMesh(scratch_ / "m.0003.ply").mesh};
   }
 
   static inline std::unique_ptr<ScratchFolder> maps_;
@@ -129,6 +140,136 @@ TEST_F(Morph, MeshesAreMappedFirst) {
   EXPECT_EQ(run.exitCode, 0) << run.err;
 }
 
+const std::vector<std::string> kThreeSurfaces{"--frames", "1-3",        "-o",    "m.####.vdb",
+                                              "--mesh",   "m.####.ply", "--json"};
+
+std::vector<std::string> with(std::vector<std::string> words, const std::vector<std::string>& more) {
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+std::size_t nearestVertex(const TriMesh& mesh, const Vec3& place) {
+  const auto closer = [&](const Vec3& a, const Vec3& b) { return (a - place).norm() < (b - place).norm(); };
+  return static_cast<std::size_t>(std::min_element(mesh.vertices.begin(), mesh.vertices.end(), closer) -
+                                  mesh.vertices.begin());
+}
+
+double azimuth(const Vec3& x) { return std::atan2(x.y(), x.x()); }
+
+Mat3 aboutZ(double angle) { return Eigen::AngleAxisd(angle, Vec3::UnitZ()).toRotationMatrix(); }
+
+// Sides of the common triangles are 0.06 radians long at most; the alignment stretches them by less than two.
+constexpr double kSide = 0.06;
+
+TEST_F(Morph, LandmarksMeetAndRunBetween) {
+  const TriMesh surface = smoothStar(3);
+  std::vector<Vec3> from{surface.vertices[nearestVertex(surface, {0, 0, 9})],
+                         surface.vertices[nearestVertex(surface, {0, 0, -9})]};
+  std::vector<Vec3> to{Vec3::UnitZ(), -Vec3::UnitZ()};
+  // Poles stay; around the equator some go farther than others.
+  for (int k = 0; k < 3; ++k) {
+    const double angle = 2 * k * std::numbers::pi / 3;
+    from.push_back(surface.vertices[nearestVertex(surface, aboutZ(angle) * Vec3(9, 0, 0))]);
+    to.push_back(aboutZ(angle + 0.5 + 0.15 * k) * Vec3::UnitX());
+  }
+  std::ofstream pairs(scratch_ / "pairs.csv");
+  pairs.precision(17);
+  for (std::size_t i = 0; i < from.size(); ++i)
+    pairs << from[i].transpose() << "  " << to[i].transpose() << '\n';
+  pairs.close();
+  const ToolRun run = morph(with(kThreeSurfaces, {"--landmarks", "pairs.csv"}));
+  ASSERT_EQ(run.exitCode, 0) << run.err;
+  const auto told = run.json()["aligned"][0];
+  EXPECT_EQ(told["shape"], ball());
+  EXPECT_LT(told["landmarks"]["worst_degrees"], 0.1);
+  const std::array<TriMesh, 3> frames = surfaces();
+  std::vector<std::size_t> vertices;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const std::size_t v = nearestVertex(frames[0], from[i]);
+    vertices.push_back(v);
+    EXPECT_LT((frames[0].vertices[v] - from[i]).norm(), kSide);
+    EXPECT_LT((frames[2].vertices[v] - to[i]).norm(), 2 * kSide) << i;
+    if (i < 2) continue;
+    const double whole = std::remainder(azimuth(to[i]) - azimuth(from[i]), 2 * std::numbers::pi);
+    const double half =
+        std::remainder(azimuth(frames[1].vertices[v]) - azimuth(from[i]), 2 * std::numbers::pi);
+    EXPECT_NEAR(half / whole, 0.5, 0.25) << i;
+  }
+  // Without them the star's lobes go straight out to the ball.
+  ASSERT_EQ(morph(with(kThreeSurfaces, {"--overwrite"})).exitCode, 0);
+  const TriMesh plain = surfaces()[2];
+  for (std::size_t i = 2; i < from.size(); ++i)
+    EXPECT_GT((plain.vertices[nearestVertex(surfaces()[0], from[i])] - to[i]).norm(), 4 * kSide);
+}
+
+TEST_F(Morph, AlignedCopiesTurn) {
+  const TriMesh lump = radialShape(3, [](const Vec3& d) {
+    return 1 + 0.35 * d.x() + 0.3 * d.x() * d.y() + 0.25 * d.y() * d.z() - 0.2 * d.z() * d.z();
+  });
+  const Mat3 quarter = aboutZ(std::numbers::pi / 2), eighth = aboutZ(std::numbers::pi / 4);
+  const std::string first = scratch_.obj("lump.obj", lump);
+  const std::string last =
+      scratch_.obj("turned.obj", transformed(lump, [&](const Vec3& x) -> Vec3 { return quarter * x; }));
+  const std::vector<std::string> words = with({"morph", first, last, "--dim", "24"}, kThreeSurfaces);
+  const ToolRun run = runTool(with(words, {"--align"}), {.folder = scratch_.path()});
+  ASSERT_EQ(run.exitCode, 0) << run.err;
+  EXPECT_NEAR(run.json()["aligned"][0]["alignment"]["degrees"], 90, 0.1);
+  const auto volume = [](const ToolRun& made, int frame) -> double {
+    return made.json()["frames"][frame]["volume"];
+  };
+  EXPECT_NEAR(volume(run, 1) / volume(run, 0), 1, 1e-3);
+  const std::array<TriMesh, 3> frames = surfaces();
+  // It turns about its own center, which goes straight.
+  Vec3 shift = Vec3::Zero();
+  for (std::size_t v = 0; v < frames[0].vertices.size(); ++v)
+    shift += frames[1].vertices[v] - eighth * frames[0].vertices[v];
+  shift /= static_cast<double>(frames[0].vertices.size());
+  for (std::size_t v = 0; v < frames[0].vertices.size(); ++v) {
+    ASSERT_LT((frames[1].vertices[v] - eighth * frames[0].vertices[v] - shift).norm(), 0.02);
+    ASSERT_LT((frames[2].vertices[v] - quarter * frames[0].vertices[v]).norm(), 0.02);
+  }
+  // Not aligned it melts into its copy.
+  const ToolRun melted = runTool(with(words, {"--overwrite"}), {.folder = scratch_.path()});
+  ASSERT_EQ(melted.exitCode, 0) << melted.err;
+  EXPECT_LT(volume(melted, 1) / volume(melted, 0), 0.99);
+}
+
+TEST_F(Morph, SurfaceMapsAreFollowed) {
+  const TriMesh onStar = smoothStar(3);
+  const TriMesh onBall = transformed(icosphere(3), [](const Vec3& x) -> Vec3 { return aboutZ(0.6) * x; });
+  const ToolRun run = morph(with(
+      kThreeSurfaces, {"--surface-map", scratch_.obj("star.obj", onStar), scratch_.obj("ball.obj", onBall)}));
+  ASSERT_EQ(run.exitCode, 0) << run.err;
+  EXPECT_EQ(run.json()["aligned"][0]["surface_map"]["triangles"], onStar.triangles.size());
+  const std::array<TriMesh, 3> frames = surfaces();
+  for (const std::size_t i : {0U, 100U, 333U}) {
+    const std::size_t v = nearestVertex(frames[0], onStar.vertices[i]);
+    EXPECT_LT((frames[2].vertices[v] - onBall.vertices[i]).norm(), 2 * kSide) << i;
+  }
+}
+
+TEST_F(Morph, AlignmentsOfSeveralShapesAreToldApart) {
+  // Of three turns of the star that agree none is taken; of those of a ball, either.
+  const ToolRun run = runTool({"morph", star(), star(), ball(), "--dim", "24", "--weights", "0.4,0.4,0.2",
+                               "--align", "-o", "still.vdb", "--json"},
+                              {.folder = scratch_.path()});
+  ASSERT_EQ(run.exitCode, 0) << run.err;
+  EXPECT_THAT(run.err, AllOf(HasSubstr("--align of star.vdb: a turn that differs by"),
+                             HasSubstr("--align of ball.pmap: one of the solids is round")));
+  const nlohmann::json told = run.json()["aligned"];
+  ASSERT_EQ(told.size(), 2U);
+  for (const auto& shape : told) EXPECT_EQ(shape["alignment"]["ambiguous"], true);
+  EXPECT_NEAR(told[0]["alignment"]["degrees"], 0, 1e-6);
+
+  scratch_.file("pairs.csv", "1,0,0, 1,0,0\n");
+  const ToolRun two = runTool({"morph", star(), star(), ball(), "--weights", "0.4,0.4,0.2", "--landmarks",
+                               "pairs.csv", "-o", "marked.vdb"},
+                              {.folder = scratch_.path()});
+  EXPECT_EQ(two.exitCode, 3);
+  EXPECT_THAT(two.err,
+              HasSubstr("pairs.csv:1: landmarks are 9 numbers a line, a place on each of the 3 solids"));
+}
+
 TEST_F(Morph, MistakesAreToldBeforeAnythingIsMade) {
   const auto refused = [&](const std::vector<std::string>& more, int code, const std::string& message) {
     const ToolRun run = morph(more);
@@ -143,6 +284,10 @@ TEST_F(Morph, MistakesAreToldBeforeAnythingIsMade) {
   refused({"--frames", "1-3", "-o", "m.####.vdb", "--texture", "nothing"}, 2, "nothing");
   refused({"--frames", "5", "--shot", "1-3", "-o", "m.####.vdb"}, 2, "not in the shot");
   refused({"--frames", "1-3", "-o", "m.####.vdb", "--mesh", "m.####.png"}, 2, "--mesh");
+  refused({"--frames", "1-3", "-o", "m.####.vdb", "--surface-map", "a.ply", "b.ply", "c.ply"}, 2,
+          "3 meshes for 2 shapes");
+  refused({"--frames", "1-3", "-o", "m.####.vdb", "--align", "--rotate", "0,0,90"}, 2, "--rotate");
+  refused({"--frames", "1-3", "-o", "m.####.vdb", "--landmarks", "none.csv"}, 3, "none.csv");
   const ToolRun one = runTool({"morph", star(), "--frames", "1-3", "-o", "m.####.vdb"});
   EXPECT_EQ(one.exitCode, 2);
   EXPECT_THAT(one.err, HasSubstr("two shapes at least"));

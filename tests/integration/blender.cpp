@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstdlib>
 #include <fstream>
 
@@ -40,6 +41,7 @@ nlohmann::json jsonOf(const BlenderCut& cut, const BlenderJob& job) {
   camera.push_back({0, 0, 0, 1});
   const double half = 0.5 * kSlabVoxels * job.voxelSize;
   return {{"out", (job.folder / cut.out).string()},
+          {"frame", cut.frame},
           {"attribute", cut.attribute},
           {"shader", nameOf(cut.shader)},
           {"scale", cut.scale},
@@ -72,13 +74,17 @@ BlenderOutcome runScript(const std::string& script, const fs::path& folder, cons
 bool haveBlender() { return std::system("command -v blender > /dev/null 2>&1") == 0; }
 
 BlenderOutcome runBlender(const BlenderJob& job) {
-  nlohmann::json json = {{"file", job.vdb.string()},
-                         {"grids", job.grids},
-                         {"cuts", nlohmann::json::array()},
-                         {"addon", job.addon.string()},
-                         {"frame", job.frame}};
+  nlohmann::json json = {
+      {"file", job.vdb.string()},        {"grids", job.grids},
+      {"cuts", nlohmann::json::array()}, {"sequence", job.sequence},
+      {"addon", job.addon.string()},     {"bounds", (job.folder / "bounds.json").string()}};
   for (const BlenderCut& cut : job.cuts) json["cuts"].push_back(jsonOf(cut, job));
-  return runScript("blender_cut.py", job.folder, json);
+  BlenderOutcome outcome = runScript("blender_cut.py", job.folder, json);
+  if (outcome.exitCode != 0) return outcome;
+  for (const auto& [min, max] : nlohmann::json::parse(bytesOf(job.folder / "bounds.json"))
+                                    .get<std::vector<std::array<std::array<double, 3>, 2>>>())
+    outcome.bounds.push_back({Vec3(min[0], min[1], min[2]), Vec3(max[0], max[1], max[2])});
+  return outcome;
 }
 
 fs::path packAddon(const fs::path& folder) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "integration/cut_view.h"
+#include "polestar/mesh/tri_mesh.h"
 
 namespace polestar::test {
 
@@ -26,6 +27,7 @@ struct BlenderCut {
 
   std::string out, attribute;
   CutView view;
+  int frame = 1;  ///< of the scene
   Shader shader = Shader::emission;
   double scale = 1, offset = 0;
   /// Blender puts volumes half a voxel too far on every axis. By so many voxels the camera goes along.
@@ -38,20 +40,21 @@ inline constexpr double kFogOpticalDepth = 3;
 
 struct BlenderJob {
   std::filesystem::path folder;  ///< for all that Blender writes
-  std::filesystem::path vdb;
+  std::filesystem::path vdb;     ///< alone, or the first of a sequence
   double voxelSize = 0;
   std::map<std::string, std::string>
       grids;  ///< that must be there: names and Blender's words for their types
   std::vector<BlenderCut> cuts;
-  /// The packed add-on. With it `vdb` is a file of a sequence, which the add-on's operator imports, and the
-  /// scene is set to `frame`.
+  /// Blender's own import gets all files of the folder that are numbered as `vdb` is.
+  bool sequence = false;
+  /// The packed add-on, whose operator imports the sequence instead.
   std::filesystem::path addon{};
-  int frame = 1;
 };
 
 struct BlenderOutcome {
   int exitCode;  ///< 3: the script found the file not as it should be
   std::string log;
+  std::vector<Box> bounds{};  ///< of the volume at the frame of each cut, mesh units; empty where it failed
 };
 
 bool haveBlender();

@@ -66,10 +66,10 @@ TEST(BlenderAddon, ShowsAFrameOfASequenceInItsColors) {
   BlenderJob job = sequence.solid.job(sequence.files.front(),
                                       {{"surface", "FLOAT"}, {"density", "FLOAT"}, {"Cd", "VECTOR_FLOAT"}});
   job.addon = packAddon(job.folder);
-  job.frame = kShown;
   BlenderCut whole;
   whole.out = "whole.exr";
   whole.view = CutView::ofPicture(ours);
+  whole.frame = kShown;
   whole.shader = BlenderCut::Shader::imported;
   BlenderCut half = whole;
   half.out = "half.exr";

@@ -3,12 +3,14 @@
     blender -b --factory-startup --python-exit-code 3 --python blender_cut.py -- JOB.json
 
 JOB.json holds
-    file   the .vdb
-    grids  the grids that must be there, by name, with Blender's word for their type; all with one transform
-    addon  empty, or our add-on, packed: it is installed and imports the file as one of a sequence
-    frame  the frame of the scene, for the add-on's sequence
-    cuts   a list of pictures, each with
+    file      the .vdb
+    sequence  true: the file is the first of a sequence, which Blender's own import makes one volume
+    addon     empty, or our add-on, packed: it is installed and imports that sequence instead
+    grids     the grids that every frame must have, by name, with Blender's word for their type; all with one transform
+    bounds    a .json to write: the lowest and the highest corner of the volume's box, for every picture
+    cuts      a list of pictures, each with
         out            an OpenEXR file to write: scene-linear, the slab's colors premultiplied by alpha
+        frame          of the scene
         attribute      name of the grid that gives the color
         shader         "emission": shines in the color scale * attribute + offset (two more keys), alpha 0;
                        "principled": Blender's Principled Volume in the attribute's color, as dense as
@@ -23,9 +25,11 @@ JOB.json holds
 Exits with 3 (Blender's --python-exit-code) when the file does not open as it should.
 """
 
+import glob
 import json
 import math
 import os
+import re
 import sys
 
 import bpy
@@ -44,21 +48,40 @@ def require(condition, message):
         raise RuntimeError(message)
 
 
+def frames_of(file):
+    """The files of its sequence, by their numbers."""
+    stem = re.sub(r"\d+\.vdb$", "", file)
+    return {int(other[len(stem):-len(".vdb")]): other for other in glob.glob(glob.escape(stem) + "[0-9]*.vdb")}
+
+
 def load_volume(job):
     for obj in list(bpy.data.objects):
         bpy.data.objects.remove(obj, do_unlink=True)
     if job["addon"]:
         install(job["addon"])
         bpy.ops.import_scene.polestar(filepath=job["file"])
-        bpy.context.scene.frame_set(job["frame"])
-        obj = bpy.context.object
+    elif job["sequence"]:
+        # As a file browser hands them over, all selected.
+        bpy.ops.object.volume_import(filepath=job["file"], directory=os.path.dirname(job["file"]),
+                                     files=[{"name": os.path.basename(file)} for file in frames_of(job["file"]).values()])
     else:
         volume = bpy.data.volumes.new("solid")
         volume.filepath = job["file"]
         obj = bpy.data.objects.new("solid", volume)
         bpy.context.scene.collection.objects.link(obj)
-    check_grids(obj.data, job["grids"])
-    return obj
+        return obj
+    return bpy.context.object
+
+
+def show_frame(solid, job, frame):
+    """Returns the volume's box there."""
+    bpy.context.scene.frame_set(frame)
+    check_grids(solid.data, job["grids"])
+    file = frames_of(job["file"]).get(frame) if job["sequence"] or job["addon"] else job["file"]
+    shown = solid.data.grids.frame_filepath
+    require(shown == file, "frame %d shows %s, not %s" % (frame, shown, file))
+    corners = solid.evaluated_get(bpy.context.evaluated_depsgraph_get()).bound_box
+    return [[find(corner[axis] for corner in corners) for axis in range(3)] for find in (min, max)]
 
 
 def check_grids(volume, expected):
@@ -66,6 +89,7 @@ def check_grids(volume, expected):
     types = {grid.name: grid.data_type for grid in volume.grids}
     for name, kind in expected.items():
         require(types.get(name) == kind, "grid %s is %s, not %s" % (name, types.get(name), kind))
+        require(volume.grids[name].load(), "Blender cannot load the voxels of %s" % name)
     matrices = {tuple(x for row in grid.matrix_object for x in row) for grid in volume.grids}
     require(len(matrices) == 1, "the grids have %d different transforms" % len(matrices))
 
@@ -189,8 +213,12 @@ def main():
         job = json.load(file)
     solid = load_volume(job)
     stage = prepare_scene()
+    bounds = []
     for cut in job["cuts"]:
+        bounds.append(show_frame(solid, job, cut["frame"]))
         render(*stage, solid, cut)
+    with open(job["bounds"], "w") as file:
+        json.dump(bounds, file)
 
 
 main()

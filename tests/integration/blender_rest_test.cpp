@@ -92,7 +92,7 @@ TEST(Blender, ShowsRestWhereItBelongs) {
   POLESTAR_REQUIRE_BLENDER();
   const test::ScratchFolder folder;
   const TriMesh mesh = ellipsoid(4);
-  test::BlenderJob job{folder.path(), folder / "body.vdb", voxelSizeFor(mesh, 48), kGrids, {}, {}, 1};
+  test::BlenderJob job{folder.path(), folder / "body.vdb", voxelSizeFor(mesh, 48), kGrids, {}};
   SolidGrids grids(mesh, {.voxelSize = job.voxelSize});
   grids.addVector("rest", ValueRole::invariant, [&](const VoxelBatch& batch, std::span<Vec3f> out) {
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = restAt(batch.points[i]).cast<float>();
@@ -124,7 +124,8 @@ TEST(Blender, FindsAFileThatLacksAGrid) {
   POLESTAR_REQUIRE_BLENDER();
   const test::ScratchFolder folder;
   const TriMesh mesh = ellipsoid(2);
-  const test::BlenderJob job{folder.path(), folder / "body.vdb", voxelSizeFor(mesh, 16), kGrids, {}, {}, 1};
+  const test::BlenderJob job{
+      folder.path(), folder / "body.vdb", voxelSizeFor(mesh, 16), kGrids, {restCut("z.exr", 2, kCenter.z())}};
   SolidGrids(mesh, {.voxelSize = job.voxelSize}).write(job.vdb);
   EXPECT_EQ(test::runBlender(job).exitCode, 3);
 }
@@ -138,7 +139,7 @@ TEST(Blender, ShowsAMapMadeByTheTool) {
       testing::runTool({"map", folder.obj("body.obj", ellipsoid(3)), "-o", map, "--dim", "48", "--json"});
   ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
 
-  test::BlenderJob job{folder.path(), map, voxelSizeFor(ellipsoid(3), 48), kGrids, {}, {}, 1};
+  test::BlenderJob job{folder.path(), map, voxelSizeFor(ellipsoid(3), 48), kGrids, {}};
   job.cuts = {restCut("z.exr", 2, kCenter.z() + 0.2)};
   const test::BlenderOutcome outcome = test::runBlender(job);
   ASSERT_EQ(outcome.exitCode, 0) << outcome.log;
