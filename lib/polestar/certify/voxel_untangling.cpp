@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <unordered_map>
 
@@ -11,6 +12,7 @@ namespace polestar {
 namespace {
 
 constexpr int kBorder = 2;
+constexpr std::size_t kCornerTets = 8;  // of a cell
 constexpr int kRings[] = {0, 1, 2};
 /// A corner of a cell is the reference of its own tetrahedron unless its determinant is below this share of
 /// the patch's mean Jacobian's.
@@ -18,9 +20,55 @@ constexpr double kSoundShare = 0.2;
 constexpr int kAttempts = 6;
 constexpr double kMostMove = 2;  // of the mean length of the images of a patch's voxel steps
 /// Of a patch: 20 ms each at worst, and hundreds are no accident of sampling.
-constexpr std::size_t kMostSamples = 500;
+constexpr std::size_t kMostSamples = 1500;
 
 using Place = std::array<int, 3>;
+
+/// A tetrahedron between corners of a cell, positive where the cell is not deformed. Corners are numbered by
+/// their steps along the axes, the last axis first.
+struct CubeTet {
+  std::array<int, 4> corner;
+  Mat3 edges;  ///< in the lattice
+};
+
+CubeTet cubeTet(std::array<int, 4> corner) {
+  const auto steps = [](int c) { return Vec3(c >> 2 & 1, c >> 1 & 1, c & 1); };
+  CubeTet tet{corner, {}};
+  for (int k = 0; k < 3; ++k) tet.edges.col(k) = steps(corner[k + 1]) - steps(corner[0]);
+  if (tet.edges.determinant() >= 0) return tet;
+  std::swap(tet.corner[2], tet.corner[3]);
+  tet.edges.col(1).swap(tet.edges.col(2));
+  return tet;
+}
+
+/// Whether one of them is a neighbour of the three others.
+bool isAtCorner(const std::array<int, 4>& corner) {
+  return std::any_of(corner.begin(), corner.end(), [&](int a) {
+    return std::all_of(corner.begin(), corner.end(),
+                       [&](int b) { return std::popcount(unsigned(a ^ b)) < 2; });
+  });
+}
+
+/// At the eight corners first, then all others that are not flat. Where all 58 are positive, so is the
+/// trilinear Jacobian [Ushakova 2001]; eight are often enough.
+const std::vector<CubeTet>& cubeTets() {
+  static const std::vector<CubeTet> tets = [] {
+    std::vector<CubeTet> all;
+    for (int c = 0; c < 8; ++c) all.push_back(cubeTet({c, c ^ 4, c ^ 2, c ^ 1}));
+    for (int a = 0; a < 8; ++a) {
+      for (int b = a + 1; b < 8; ++b) {
+        for (int c = b + 1; c < 8; ++c) {
+          for (int d = c + 1; d < 8; ++d) {
+            const CubeTet tet = cubeTet({a, b, c, d});
+            if (tet.edges.determinant() > 0.5 && !isAtCorner({a, b, c, d})) all.push_back(tet);
+          }
+        }
+      }
+    }
+    return all;
+  }();
+  return tets;
+}
 
 class Untangling {
  public:
@@ -28,11 +76,12 @@ class Untangling {
       : block_(block), outside_(outside), n_(block.size), rest_(block.rest.begin(), block.rest.end()) {}
 
   MendedBlock run(const Context& context) {
-    for (const int rings : kRings) {
-      const std::vector<Place> bad = deepInvertedCells(now());
-      if (bad.empty()) break;
-      for (const std::vector<std::size_t>& patch : patchesAround(bad, rings)) {
-        if (patch.size() <= kMostSamples) mend(patch, context);
+    for (const std::size_t tets : {kCornerTets, cubeTets().size()}) {
+      tetsOfACell_ = tets;
+      for (const int rings : kRings) {
+        for (const std::vector<std::size_t>& patch : patchesAround(deepInvertedCells(now()), rings)) {
+          if (patch.size() <= kMostSamples) mend(patch, context);
+        }
       }
     }
     MendedBlock result;
@@ -143,28 +192,18 @@ class Untangling {
     return total;
   }
 
-  struct CornerTet {
+  struct CellTet {
     std::array<std::size_t, 4> sample;
-    Mat3 steps;  // its edges in the lattice, positive
+    Mat3 steps;  // its edges in the lattice
     Mat3 edges;  // their images
   };
 
-  CornerTet cornerTet(const Place& cell, int c) const {
-    CornerTet tet;
-    const Place at0 = corner(cell, c);
-    tet.sample[0] = at(at0);
-    // Steps along the axes away from the corner; two of them change places where that is left-handed.
-    std::array<int, 3> axes{0, 1, 2};
-    const int turned = (c >> 2 & 1) + (c >> 1 & 1) + (c & 1);
-    if (turned % 2 == 1) std::swap(axes[1], axes[2]);
-    for (int k = 0; k < 3; ++k) {
-      const int axis = axes[k], step = (c >> (2 - axis) & 1) ? -1 : 1;
-      Place next = at0;
-      next[axis] += step;
-      tet.sample[k + 1] = at(next);
-      tet.steps.col(k) = step * Vec3::Unit(axis);
-      tet.edges.col(k) = (rest_[at(next)] - rest_[tet.sample[0]]).cast<double>();
-    }
+  CellTet cellTet(const Place& cell, const CubeTet& corners) const {
+    CellTet tet;
+    for (int k = 0; k < 4; ++k) tet.sample[k] = at(corner(cell, corners.corner[k]));
+    tet.steps = corners.edges;
+    for (int k = 0; k < 3; ++k)
+      tet.edges.col(k) = (rest_[tet.sample[k + 1]] - rest_[tet.sample[0]]).cast<double>();
     return tet;
   }
 
@@ -194,13 +233,15 @@ class Untangling {
 
   std::vector<Vec3> solve(const std::vector<std::size_t>& patch, const Context& context) const {
     const std::vector<Place> cells = cellsAround(patch);
-    std::vector<CornerTet> tets;
-    for (const Place& cell : cells) {
-      for (int c = 0; c < 8; ++c) tets.push_back(cornerTet(cell, c));
-    }
+    std::vector<CellTet> tets;
     Mat3 mean = Mat3::Zero();
-    for (const CornerTet& tet : tets) mean += tet.edges * tet.steps.transpose();
-    mean /= static_cast<double>(tets.size());
+    for (const Place& cell : cells) {
+      for (std::size_t t = 0; t < tetsOfACell_; ++t) {
+        tets.push_back(cellTet(cell, cubeTets()[t]));
+        if (t < kCornerTets) mean += tets.back().edges * tets.back().steps.transpose();
+      }
+    }
+    mean /= static_cast<double>(kCornerTets * cells.size());
     const double share = mean.determinant();
     if (!(share > 0)) return {};
 
@@ -213,9 +254,9 @@ class Untangling {
     };
     for (const std::size_t sample : patch) slot(sample);
     problem.free = patch.size();
-    for (const CornerTet& tet : tets) {
-      detail::TetPatch::Tet element{
-          {}, tet.edges.determinant() > kSoundShare * share ? tet.edges : Mat3(mean * tet.steps)};
+    for (const CellTet& tet : tets) {
+      const bool sound = tet.edges.determinant() > kSoundShare * share * tet.steps.determinant();
+      detail::TetPatch::Tet element{{}, sound ? tet.edges : Mat3(mean * tet.steps)};
       for (int k = 0; k < 4; ++k) element.node[k] = slot(tet.sample[k]);
       problem.tets.push_back(element);
     }
@@ -241,12 +282,13 @@ class Untangling {
 
   double meanStep(const std::vector<Place>& cells) const {
     double sum = 0;
-    for (const Place& cell : cells) sum += cornerTet(cell, 0).edges.colwise().norm().mean();
+    for (const Place& cell : cells) sum += cellTet(cell, cubeTets()[0]).edges.colwise().norm().mean();
     return sum / static_cast<double>(cells.size());
   }
 
   const VoxelBlock& block_;
   const IsOutside& outside_;
+  std::size_t tetsOfACell_ = kCornerTets;
   int n_;
   std::vector<Vec3f> rest_;
 };
