@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kBands = 10;
 constexpr double kPanelAngle = 0.72;  // about the width of a panel of the soccer ball, radians
+constexpr double kBold = 2;           // edges of a domain, widths of its other lines
 constexpr double kGraticule = std::numbers::pi / 12;
 
 double smoothStep(double low, double high, double x) {
@@ -25,16 +26,18 @@ double lineCoverage(double distance, double width, double window) {
   return width / drawn * std::clamp((drawn - 2 * distance) / (2 * window) + 0.5, 0.0, 1.0);
 }
 
+double spreadOf(const Vec3& gradient, const CoordinateFootprint& at) {
+  return std::max(std::hypot(gradient.dot(at.overFirst), gradient.dot(at.overSecond)), 1e-12);
+}
+
 struct Lines {
   const IsoLines& options;
-  const BallFootprint& at;
+  const CoordinateFootprint& at;
   double share, radius;
   Vec3 direction;
 
   /// Change of a quantity with this gradient over the pixel.
-  double spread(const Vec3& gradient) const {
-    return std::max(std::hypot(gradient.dot(at.overFirst), gradient.dot(at.overSecond)), 1e-12);
-  }
+  double spread(const Vec3& gradient) const { return spreadOf(gradient, at); }
 
   /// Those of R, so that they lie about evenly over the whole cut.
   double radii() const {
@@ -91,12 +94,62 @@ struct Lines {
   }
 };
 
+Cell moved(Cell cell, int axis, int step) {
+  cell[axis] += step;
+  return cell;
+}
+
+/// Does the surface of the lattice's polycube turn at the plane of `axis` next to a place on it?
+bool isEdge(const Lattice& lattice, const Vec3& place, int axis) {
+  const Vec3 inside = lattice.insideSurface(place);
+  const Cell cell = lattice.cellAt(inside);
+  // The face that the place is on: the nearest one of the cell's that looks outside.
+  const double half = 0.5 * lattice.polycube.cellSide();
+  Cell out{0, 0, 0};
+  double nearest = half;
+  for (int k = 0; k < 3; ++k) {
+    const double offset = inside[k] - 2 * half * cell[k];
+    const int step = offset < 0 ? -1 : 1;
+    if (half - std::abs(offset) >= nearest || lattice.polycube.contains(moved(cell, k, step))) continue;
+    nearest = half - std::abs(offset);
+    out = {0, 0, 0};
+    out[k] = step;
+  }
+  // Cubes are smaller than cells where these are divided.
+  const bool betweenCells =
+      std::abs(std::abs(place[axis] - 2 * half * cell[axis]) - half) < 0.5 * lattice.side();
+  if (out[axis] != 0 || !betweenCells) return false;
+  const int side = place[axis] < 2 * half * cell[axis] ? -1 : 1;
+  const Cell beside = moved(cell, axis, side);
+  if (!lattice.polycube.contains(beside)) return true;
+  return lattice.polycube.contains({beside[0] + out[0], beside[1] + out[1], beside[2] + out[2]});
+}
+
 }  // namespace
 
-double isoLineCoverage(const IsoLines& lines, const BallFootprint& at, double share) {
-  const double radius = at.ball.norm();
+double latticeLineCoverage(const IsoLines& lines, const Lattice& lattice, const CoordinateFootprint& at,
+                           double share) {
+  const double side = lattice.side();
+  const double steepest = std::sqrt(at.overFirst.squaredNorm() + at.overSecond.squaredNorm());
+  double covered = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double change = spreadOf(Vec3::Unit(axis), at), spacing = side / change;
+    const double fromPlane = std::remainder(at.place[axis] + 0.5 * side, side);
+    const double distance = std::abs(fromPlane) / change;
+    if (distance > kBold * lines.pixels + share) continue;
+    // The surface of the domain lies in planes of the lattice: these would cover all of it.
+    const double shown = smoothStep(0.05, 0.2, change / steepest) * smoothStep(1.5, 6, spacing);
+    const bool bold = at.skin && isEdge(lattice, at.place, axis);
+    const double width = std::min((bold ? kBold : 1) * lines.pixels, 0.15 * spacing);
+    covered = std::max(covered, shown * lineCoverage(distance, width, share));
+  }
+  return covered;
+}
+
+double isoLineCoverage(const IsoLines& lines, const CoordinateFootprint& at, double share) {
+  const double radius = at.place.norm();
   if (!(radius > 1e-9)) return 0;
-  const Lines drawn{lines, at, share, radius, at.ball / radius};
+  const Lines drawn{lines, at, share, radius, at.place / radius};
   double covered = 0;
   if (lines.radius && !at.skin) covered = std::max(covered, drawn.radii());
   if (lines.graticule && at.skin) covered = std::max(covered, drawn.graticule());
