@@ -296,7 +296,7 @@ class RenderCommand final : public Command {
   /// What the frames of a shot share, and how far each of them is turned.
   void placeFrames(const std::vector<FrameJob>& shot, Session& session) {
     const bool sequence = shot.back().input != shot.front().input;
-    if (sequence) options_.framed = sequenceBox(shot, session);
+    if (sequence) options_.framed = cornersOf(sequenceBox(shot, session));
     const double degrees = turntable_.value_or(sequence || shot.size() == 1 ? 0 : 360);
     for (std::size_t i = 0; i < shot.size(); ++i) {
       turns_[shot[i].frame] = degrees * kRadians * static_cast<double>(i) / static_cast<double>(shot.size());
@@ -373,7 +373,7 @@ class RenderCommand final : public Command {
       const Subject& subject = stage.subjects[k];
       RenderOptions options = options_;
       if (panels_[k].whole) options.cuts.clear();
-      if (panels_.size() > 1 && !options.framed) options.framed = boxAround(stage.subjects);
+      if (panels_.size() > 1 && options.framed.empty()) options.framed = pointsOf(stage.subjects);
       if (foliated()) {
         options.hollow = !foliation_.shells.empty();
         options.objects = session.timed("foliation", [&] {
@@ -389,14 +389,11 @@ class RenderCommand final : public Command {
   }
 
   /// Bodies side by side are drawn in one scale.
-  static Box boxAround(const std::vector<Subject>& subjects) {
-    Box box;
-    for (const Subject& subject : subjects) {
-      const Box own = boundingBox(subject.surface);
-      box.min = box.min.cwiseMin(own.min);
-      box.max = box.max.cwiseMax(own.max);
-    }
-    return box;
+  static std::vector<Vec3> pointsOf(const std::vector<Subject>& subjects) {
+    std::vector<Vec3> points;
+    for (const Subject& subject : subjects)
+      points.insert(points.end(), subject.surface.vertices.begin(), subject.surface.vertices.end());
+    return points;
   }
 
   Stage fogStage(const fs::path& path, Session& session) const {

@@ -27,6 +27,7 @@ constexpr const char* kPlain = "plain";
 constexpr const char* kLattice = "lattice";
 constexpr const char* kDivisions = "divisions";
 constexpr int kMostDivisions = 31;
+constexpr double kJustOutside = 1 + 1e-9;  // where a DomainMap answers by the domain's surface itself
 constexpr int kBallFrequency = 48;  // of the geodesic sphere that the ball is drawn as
 
 bool isTexture(const std::string& name) {
@@ -78,7 +79,7 @@ class MappedBodies {
     applyIsoLines(choices_, look.lines);
     if (look.lines.lattice) requireDomain("--iso-lines lattice");
     std::optional<DomainCoordinates> coordinates;
-    if (lattice_) coordinates = {*lattice_, domainLookup(body)};
+    if (lattice_) coordinates = domainCoordinates(body);
     // G is known in the solid, not of what lies over it.
     const BallMap* green = body == Body::solid ? &file_->map : nullptr;
     subject.appearance =
@@ -146,25 +147,31 @@ class MappedBodies {
     return {centerOf(file_->map), shape.axes, shape.unit};
   }
 
-  std::function<void(std::span<const Vec3>, std::span<Vec3>)> domainLookup(Body body) const {
-    const std::shared_ptr<const DomainMap> map(file_, &*file_->domain);
-    switch (body) {
-      case Body::solid:
-        return [map](std::span<const Vec3> points, std::span<Vec3> places) {
-          std::vector<double> green(points.size());
-          map->sample(points, places, green);
-        };
-      case Body::ball:
-        return [map, placed = placedBall()](std::span<const Vec3> points, std::span<Vec3> places) {
-          std::vector<Vec3> ball(points.size());
-          placed.forward(points, ball);
-          map->sampleFromBall(ball, places);
-        };
-      case Body::domain:
-        break;
+  DomainCoordinates domainCoordinates(Body body) const {
+    if (body == Body::domain) {
+      return {*lattice_, [placed = placedDomain()](auto points, auto, auto places) { placed.forward(points, places); }};
     }
-    return [placed = placedDomain()](std::span<const Vec3> points, std::span<Vec3> places) {
-      placed.forward(points, places);
+    const std::shared_ptr<const DomainMap> map(file_, &*file_->domain);
+    const auto toBall = body == Body::ball ? ballLookup(placedBall()) : ballLookup(file_->map);
+    return {*lattice_, [map, toBall](auto points, auto skin, auto places) {
+              std::vector<Vec3> ball(points.size());
+              toBall(points, ball);
+              for (std::size_t i = 0; i < ball.size(); ++i) {
+                if (skin[i]) ball[i] = kJustOutside * ball[i].stableNormalized();
+              }
+              map->sampleFromBall(ball, places);
+            }};
+  }
+
+  /// Points of the world -> the solid's ball, and on outside of it.
+  using BallLookup = std::function<void(std::span<const Vec3>, std::span<Vec3>)>;
+  static BallLookup ballLookup(const SimilarityMap& placed) {
+    return [placed](auto points, auto ball) { placed.forward(points, ball); };
+  }
+  static BallLookup ballLookup(const BallMap& solid) {
+    return [solid](auto points, auto ball) {
+      std::vector<double> green(points.size());
+      solid.sample(points, ball, green);
     };
   }
 

@@ -10,8 +10,8 @@ namespace {
 
 constexpr int kFewestCubes = 6;
 constexpr float kGloss = 0.3f;
-constexpr double kMiddle = 0.6, kTint = 0.3;  // sRGB: at the center, and what an axis adds from there to 1
-constexpr float kShade = 0.5f;                // of every other cube, scene-linear
+constexpr double kMiddle = 0.7, kTint = 0.29;  // sRGB: at the center, and what an axis adds from there to 1
+constexpr float kShade = 0.55f;               // of every other cube, scene-linear
 constexpr double kSharpest = 1e-3;            // sides of a cube
 
 /// Integral of the square wave that is 1 on [0, 1), -1 on [1, 2) and so on.

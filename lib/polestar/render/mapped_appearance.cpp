@@ -41,7 +41,7 @@ class MappedAppearance final : public Appearance {
     if (!look_.textureInDomain || look_.lines.ofBall())
       balls = detail::linearBalls(patches, center_, [this](auto from, auto to) { map_.forward(from, to); });
     if (look_.textureInDomain || look_.lines.lattice)
-      places = detail::linearDomain(patches, center_, domain_->at);
+      places = detail::linearDomain(patches, domain_->at);
     drawTexture(patches, taps, look_.textureInDomain ? places : balls, share, looks);
     if (look_.lines.ofBall()) detail::drawIsoLines(look_.lines, patches, taps, balls, share, looks);
     if (look_.lines.lattice)

@@ -2,6 +2,7 @@
 // Looks by the coordinates that a map gives, in the ball or in another domain: a solid texture, and iso-lines
 // over it.
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -35,8 +36,11 @@ MappedLook latticeLook(const Lattice& lattice, double linePixels);
 /// Coordinates in a cube or polycube, besides those in the ball.
 struct DomainCoordinates {
   Lattice lattice;
-  /// Points (mesh units) -> domain frame; outside the solid continued as DomainMap::sample() does it.
-  std::function<void(std::span<const Vec3> points, std::span<Vec3> domain)> at;
+  /// Points (mesh units) -> domain frame; outside the solid continued as DomainMap::sample() does it. Of
+  /// `skin`, one a point, those that are not 0 are on the solid's surface, or were to be, and get places of
+  /// the domain's surface.
+  std::function<void(std::span<const Vec3> points, std::span<const std::uint8_t> skin, std::span<Vec3> domain)>
+      at;
 };
 
 /// The map is asked for about three points a patch. A patch on the skin is looked up half a pixel below it,

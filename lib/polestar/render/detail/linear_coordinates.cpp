@@ -7,7 +7,6 @@ namespace polestar::detail {
 namespace {
 
 constexpr double kSecondTry = 4e-6;  // of the way to the center: what rays in single precision may miss
-constexpr double kOutward = 1.02;    // more than a patch, which is flat, lies below a skin that is not
 constexpr double kLongestStep = 2;   // of finite differences, in widths of the pixel
 
 Vec3 inward(const Vec3& point, const Vec3& center) {
@@ -87,22 +86,22 @@ std::vector<LinearCoordinates> linearBalls(std::span<const SurfacePatch> patches
   return balls;
 }
 
-std::vector<LinearCoordinates> linearDomain(std::span<const SurfacePatch> patches, const Vec3& center,
-                                            const CoordinateLookup& lookup) {
-  std::vector<Vec3> points, found(3 * patches.size());
+std::vector<LinearCoordinates> linearDomain(std::span<const SurfacePatch> patches,
+                                            const DomainLookup& lookup) {
+  std::vector<Vec3> points, places(3 * patches.size());
+  std::vector<std::uint8_t> skin;
   for (const SurfacePatch& patch : patches) {
-    const double out = patch.skin ? kOutward : 1;
-    for (const Vec3& step : {Vec3(Vec3::Zero()), Vec3(patch.pixelFirst * patch.first),
-                             Vec3(longStep(patch) * patch.second)})
-      points.push_back(center + out * (patch.point + step - center));
+    points.push_back(patch.point);
+    points.push_back(patch.point + patch.pixelFirst * patch.first);
+    points.push_back(patch.point + longStep(patch) * patch.second);
+    skin.insert(skin.end(), 3, patch.skin);
   }
-  lookup(points, found);
+  lookup(points, skin, places);
   std::vector<LinearCoordinates> domain(patches.size());
   for (std::size_t i = 0; i < patches.size(); ++i) {
-    const double out = patches[i].skin ? kOutward : 1;
-    domain[i].value = found[3 * i] / out;
-    domain[i].alongFirst = (found[3 * i + 1] - found[3 * i]) / (out * patches[i].pixelFirst);
-    domain[i].alongSecond = (found[3 * i + 2] - found[3 * i]) / (out * longStep(patches[i]));
+    domain[i].value = places[3 * i];
+    domain[i].alongFirst = (places[3 * i + 1] - places[3 * i]) / patches[i].pixelFirst;
+    domain[i].alongSecond = (places[3 * i + 2] - places[3 * i]) / longStep(patches[i]);
   }
   return domain;
 }

@@ -1,6 +1,7 @@
 #pragma once
 // Coordinates of patches: a few points are looked up, what lies between is linear.
 
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <span>
@@ -31,11 +32,11 @@ struct LinearCoordinates {
 std::vector<LinearCoordinates> linearBalls(std::span<const SurfacePatch> patches, const Vec3& center,
                                            const CoordinateLookup& lookup);
 
-/// Coordinates in another domain, of three points a patch, by a lookup that goes on outside the solid along
-/// rays from `center`, |f(x)| growing as |x - center|. So patches on the skin get coordinates of the domain's
-/// surface itself, to the last digits: just below it a map that interpolates would be off by more.
-std::vector<LinearCoordinates> linearDomain(std::span<const SurfacePatch> patches, const Vec3& center,
-                                            const CoordinateLookup& lookup);
+/// Places in another domain, of three points a patch, by a lookup as DomainCoordinates::at.
+using DomainLookup = std::function<void(std::span<const Vec3> points, std::span<const std::uint8_t> skin,
+                                        std::span<Vec3> places)>;
+std::vector<LinearCoordinates> linearDomain(std::span<const SurfacePatch> patches,
+                                            const DomainLookup& lookup);
 
 /// The same for the very points; on the skin R = 1.
 void ballCoordinates(std::span<const Vec3> points, std::span<const std::uint8_t> skin, const Vec3& center,
