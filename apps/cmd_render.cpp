@@ -43,8 +43,9 @@ Panel parsePanel(const std::string& text) {
   if (panel.whole) name.remove_prefix(kWhole.size());
   const auto found = kBodies.find(name);
   if (found == kBodies.end()) {
-    throw Error(Errc::usage,
-                "--show takes solid, ball, domain, whole-solid, whole-ball and whole-domain; found \"" + text + "\"");
+    throw Error(
+        Errc::usage,
+        "--show takes solid, ball, domain, whole-solid, whole-ball and whole-domain; found \"" + text + "\"");
   }
   panel.body = found->second;
   return panel;
@@ -106,11 +107,13 @@ class RenderCommand final : public Command {
     app.add_option(
            "--texture", look_.texture,
            "A solid texture by name (see polestar transfer --list); coordinates: panels of a soccer ball "
-           "times bands of radius; lattice: cubes of the cells of a map's cube or polycube; or plain. Default: "
+           "times bands of radius; lattice: cubes of the cells of a map's cube or polycube; or plain. "
+           "Default: "
            "plain with shells and field lines, else the colors Cd or color of a .vdb, else lattice where the "
            "map has one, else coordinates")
         ->type_name("NAME");
-    app.add_option("--set", settings_, "A parameter of the texture; of lattice: divisions=D, cubes along a cell")
+    app.add_option("--set", settings_,
+                   "A parameter of the texture; of lattice: divisions=D, cubes along a cell")
         ->type_name("NAME=VALUE")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
@@ -125,10 +128,11 @@ class RenderCommand final : public Command {
   }
 
   void addSceneOptions(CLI::App& app) {
-    app.add_option("--show", show_,
-                   "What of a map is drawn: solid (default), domain (its cube or polycube, where it lies over the "
-                   "solid), ball; whole-solid and so on without the cuts. Several, separated by commas, stand side "
-                   "by side")
+    app.add_option(
+           "--show", show_,
+           "What of a map is drawn: solid (default), domain (its cube or polycube, where it lies over the "
+           "solid), ball; whole-solid and so on without the cuts. Several, separated by commas, stand side "
+           "by side")
         ->type_name("BODY,...")
         ->delimiter(',');
     app.add_option("--cut", cuts_,
@@ -186,7 +190,8 @@ class RenderCommand final : public Command {
   }
 
   void addPictureOptions(CLI::App& app) {
-    app.add_option("--size", size_, "Pixels, of each body that --show names; default 1280x960")->type_name("WxH");
+    app.add_option("--size", size_, "Pixels, of each body that --show names; default 1280x960")
+        ->type_name("WxH");
     app.add_option("--samples", options_.samples, "Samples a pixel")->capture_default_str()->type_name("N");
     app.add_option("--crop", crop_, "Render these pixels alone; an .exr keeps their place")
         ->type_name("X0,Y0,X1,Y1");
@@ -199,7 +204,8 @@ class RenderCommand final : public Command {
     app.add_option("--turntable", turntable_,
                    "Turn the solid by this over the frames; default 360 for one input, 0 for a sequence")
         ->type_name("DEGREES");
-    app.add_flag("--no-aovs", noAovs_, "An .exr with colors alone: no Z, N, ball, green, id; so is one of several bodies");
+    app.add_flag("--no-aovs", noAovs_,
+                 "An .exr with colors alone: no Z, N, ball, green, id; so is one of several bodies");
     app.add_option("--ocio-display", ocioDisplay_,
                    "Of the OpenColorIO configuration that $OCIO names: its display for a .png; default the "
                    "configuration's own")

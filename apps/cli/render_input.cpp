@@ -28,7 +28,7 @@ constexpr const char* kLattice = "lattice";
 constexpr const char* kDivisions = "divisions";
 constexpr int kMostDivisions = 31;
 constexpr double kJustOutside = 1 + 1e-9;  // where a DomainMap answers by the domain's surface itself
-constexpr int kBallFrequency = 48;  // of the geodesic sphere that the ball is drawn as
+constexpr int kBallFrequency = 48;         // of the geodesic sphere that the ball is drawn as
 
 bool isTexture(const std::string& name) {
   return !name.empty() && name != kCoordinates && name != kPlain && name != kLattice;
@@ -69,7 +69,8 @@ class MappedBodies {
       : file_(std::make_shared<const MapFile>(std::move(file))), path_(path), choices_(choices) {
     if (!file_->domain) return;
     lattice_ = latticeOf(polycubeFromText(file_->domain->shape().cells, path.string()));
-    if (choices.texture == kLattice) lattice_->divisions = divisionsOf(choices.settings).value_or(lattice_->divisions);
+    if (choices.texture == kLattice)
+      lattice_->divisions = divisionsOf(choices.settings).value_or(lattice_->divisions);
   }
 
   Subject subject(Body body) const {
@@ -109,7 +110,8 @@ class MappedBodies {
   std::shared_ptr<const BallMap> table() const { return {file_, &file_->map}; }
 
   Subject solid() const {
-    return {.surface = surfaceOf(file_->map), .coordinates = table(), .directions = table()->sphere().directions};
+    return {
+        .surface = surfaceOf(file_->map), .coordinates = table(), .directions = table()->sphere().directions};
   }
 
   Subject ball() const {
@@ -149,7 +151,10 @@ class MappedBodies {
 
   DomainCoordinates domainCoordinates(Body body) const {
     if (body == Body::domain) {
-      return {*lattice_, [placed = placedDomain()](auto points, auto, auto places) { placed.forward(points, places); }};
+      Lattice lattice = *lattice_;
+      lattice.straight = true;
+      return {std::move(lattice),
+              [placed = placedDomain()](auto points, auto, auto places) { placed.forward(points, places); }};
     }
     const std::shared_ptr<const DomainMap> map(file_, &*file_->domain);
     const auto toBall = body == Body::ball ? ballLookup(placedBall()) : ballLookup(file_->map);
@@ -203,8 +208,9 @@ Subject subjectOfColors(const fs::path& path, const SampledGrids& grids, const L
   GridLook look;
   applyIsoLines(choices, look.lines);
   if (look.lines.lattice) {
-    throw Error(Errc::usage, "--iso-lines lattice are drawn by a map, not over the colors of a .vdb; name a look with "
-                             "--texture");
+    throw Error(Errc::usage,
+                "--iso-lines lattice are drawn by a map, not over the colors of a .vdb; name a look with "
+                "--texture");
   }
   if (look.lines.ofBall() && !grids.find("rest", true)) {
     throw Error(Errc::usage, path.string() +
@@ -229,7 +235,8 @@ void LookChoices::validate() const {
   for (const std::string& name : isoLines.value_or(std::vector<std::string>())) {
     if (name == "none" || name == "radius" || name == "graticule" || name == "seams" || name == kLattice)
       continue;
-    throw Error(Errc::usage, "--iso-lines are none, radius, graticule, seams or lattice; found \"" + name + "\"");
+    throw Error(Errc::usage,
+                "--iso-lines are none, radius, graticule, seams or lattice; found \"" + name + "\"");
   }
   if (!(linePixels > 0 && linePixels <= 100)) {
     throw Error(Errc::usage, "--line-width must lie between 0 and 100 pixels");
@@ -266,8 +273,7 @@ std::vector<Subject> loadSubjects(const fs::path& path, std::span<const Body> bo
 }
 
 Box inputBox(const fs::path& path) {
-  if (path.extension() != ".vdb")
-    return boundingBox(surfaceOf(readMapFile(path).map));
+  if (path.extension() != ".vdb") return boundingBox(surfaceOf(readMapFile(path).map));
   const SampledGrids grids(path);
   // Fog ends where the solid does; other grids are padded.
   if (const SampledGrid* density = grids.find("density", false)) return density->activeBox();

@@ -23,8 +23,8 @@ const BallMap& ball() {
 }
 
 TEST(IsoObjects, ShellsAndLinesOfABallAreSpheresAndRadii) {
-  const std::vector<StageObject> objects =
-      isoObjects(ball(), icosphere(4), ball().sphere().directions, {.shells = {0.8, 0.4}, .lines = 20, .lineWidth = 0.01});
+  const std::vector<StageObject> objects = isoObjects(ball(), icosphere(4), ball().sphere().directions,
+                                                      {.shells = {0.8, 0.4}, .lines = 20, .lineWidth = 0.01});
   ASSERT_EQ(objects.size(), 3u);
   EXPECT_FALSE(objects[0].cut) << "the innermost stays whole";
   EXPECT_TRUE(objects[1].cut);

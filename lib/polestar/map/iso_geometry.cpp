@@ -168,8 +168,7 @@ std::vector<Vec3> evenDirections(std::size_t count) {
 TriMesh levelSurface(const BallMap& map, double level) {
   TriMesh mesh;
   mesh.triangles = map.chart().foliation().triangles;
-  mesh.vertices =
-      level == 1 ? surfaceOf(map).vertices : pointsOfLevel(map, map.sphere().directions, level);
+  mesh.vertices = level == 1 ? surfaceOf(map).vertices : pointsOfLevel(map, map.sphere().directions, level);
   return mesh;
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kBands = 10;
 constexpr double kPanelAngle = 0.72;  // about the width of a panel of the soccer ball, radians
-constexpr double kBold = 2;           // edges of a domain, widths of its other lines
+constexpr double kBold = 1.7;         // edges of a domain, widths of its other lines
 constexpr double kGraticule = std::numbers::pi / 12;
 
 double smoothStep(double low, double high, double x) {
@@ -99,8 +99,17 @@ Cell moved(Cell cell, int axis, int step) {
   return cell;
 }
 
-/// Does the surface of the lattice's polycube turn at the plane of `axis` next to a place on it?
-bool isEdge(const Lattice& lattice, const Vec3& place, int axis) {
+/// How the surface of the lattice's polycube turns at the plane of an axis, and how coordinates on the
+/// surface of a smooth solid go there with the distance s from it: as s^power. [docs/method.md, "Cubes and
+/// polycubes"]
+struct Turn {
+  bool edge;
+  double power;
+};
+constexpr Turn kFlat{false, 1}, kConvex{true, 0.5}, kReentrant{true, 1.5};
+
+/// At the plane next to a place on the surface.
+Turn turnAt(const Lattice& lattice, const Vec3& place, int axis) {
   const Vec3 inside = lattice.insideSurface(place);
   const Cell cell = lattice.cellAt(inside);
   // The face that the place is on: the nearest one of the cell's that looks outside.
@@ -116,13 +125,13 @@ bool isEdge(const Lattice& lattice, const Vec3& place, int axis) {
     out[k] = step;
   }
   // Cubes are smaller than cells where these are divided.
-  const bool betweenCells =
-      std::abs(std::abs(place[axis] - 2 * half * cell[axis]) - half) < 0.5 * lattice.side();
-  if (out[axis] != 0 || !betweenCells) return false;
-  const int side = place[axis] < 2 * half * cell[axis] ? -1 : 1;
-  const Cell beside = moved(cell, axis, side);
-  if (!lattice.polycube.contains(beside)) return true;
-  return lattice.polycube.contains({beside[0] + out[0], beside[1] + out[1], beside[2] + out[2]});
+  const double offset = place[axis] - 2 * half * cell[axis];
+  const bool betweenCells = std::abs(std::abs(offset) - half) < 0.5 * lattice.side();
+  if (out[axis] != 0 || !betweenCells) return kFlat;
+  const Cell beside = moved(cell, axis, offset < 0 ? -1 : 1);
+  if (!lattice.polycube.contains(beside)) return kConvex;
+  const Cell above{beside[0] + out[0], beside[1] + out[1], beside[2] + out[2]};
+  return lattice.polycube.contains(above) ? kReentrant : kFlat;
 }
 
 }  // namespace
@@ -133,14 +142,17 @@ double latticeLineCoverage(const IsoLines& lines, const Lattice& lattice, const 
   const double steepest = std::sqrt(at.overFirst.squaredNorm() + at.overSecond.squaredNorm());
   double covered = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    const double change = spreadOf(Vec3::Unit(axis), at), spacing = side / change;
-    const double fromPlane = std::remainder(at.place[axis] + 0.5 * side, side);
-    const double distance = std::abs(fromPlane) / change;
-    if (distance > kBold * lines.pixels + share) continue;
+    const double change = spreadOf(Vec3::Unit(axis), at);
+    const double fromPlane =
+        std::max(std::abs(std::remainder(at.place[axis] + 0.5 * side, side)), 1e-9 * side);
+    if (fromPlane / change > 3 * kBold * lines.pixels + share) continue;
+    const Turn turn = at.skin ? turnAt(lattice, at.place, axis) : kFlat;
+    const double power = lattice.straight ? 1 : turn.power;
+    const double distance = power * fromPlane / change;
+    const double spacing = distance * std::pow(side / fromPlane, 1 / power);
     // The surface of the domain lies in planes of the lattice: these would cover all of it.
     const double shown = smoothStep(0.05, 0.2, change / steepest) * smoothStep(1.5, 6, spacing);
-    const bool bold = at.skin && isEdge(lattice, at.place, axis);
-    const double width = std::min((bold ? kBold : 1) * lines.pixels, 0.15 * spacing);
+    const double width = std::min((turn.edge ? kBold : 1) * lines.pixels, 0.15 * spacing);
     covered = std::max(covered, shown * lineCoverage(distance, width, share));
   }
   return covered;

@@ -10,7 +10,7 @@ namespace polestar {
 struct IsoLines {
   bool radius = false;     ///< on cuts: R = k/10, and finer ones where those lie far apart
   bool graticule = false;  ///< on the skin: longitudes and latitudes of the ball, every 15 degrees
-  bool skinSeams = false, cutSeams = false;        ///< of the soccer ball's panels
+  bool skinSeams = false, cutSeams = false;  ///< of the soccer ball's panels
   bool lattice = false;  ///< of a domain of cells: its planes, and bolder ones where the domain has edges
   Vec3f color = Vec3f(0.0110f, 0.0144f, 0.0331f);  ///< scene-linear
   double pixels = 2;                               ///< their width on the screen, > 0
@@ -20,7 +20,7 @@ struct IsoLines {
 
 /// Coordinates around a place on the solid, as a pixel sees it.
 struct CoordinateFootprint {
-  Vec3 place = Vec3::Zero();  ///< in the ball or in another domain
+  Vec3 place = Vec3::Zero();                                 ///< in the ball or in another domain
   Vec3 overFirst = Vec3::Zero(), overSecond = Vec3::Zero();  ///< change over the pixel along two tangents
   bool skin = true;
 };

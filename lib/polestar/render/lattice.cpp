@@ -11,8 +11,8 @@ namespace {
 constexpr int kFewestCubes = 6;
 constexpr float kGloss = 0.3f;
 constexpr double kMiddle = 0.7, kTint = 0.29;  // sRGB: at the center, and what an axis adds from there to 1
-constexpr float kShade = 0.55f;               // of every other cube, scene-linear
-constexpr double kSharpest = 1e-3;            // sides of a cube
+constexpr float kShade = 0.55f;                // of every other cube, scene-linear
+constexpr double kSharpest = 1e-3;             // sides of a cube
 
 /// Integral of the square wave that is 1 on [0, 1), -1 on [1, 2) and so on.
 double triangleWave(double x) { return 1 - std::abs(x - 2 * std::floor(x / 2) - 1); }
@@ -33,8 +33,8 @@ class LatticeTexture final : public SolidTexture {
       for (int axis = 0; axis < 3; ++axis) {
         const double width = std::max(points[i].spread(Vec3::Unit(axis)) / side_, kSharpest);
         wave *= squareWave(points[i].ball[axis] / side_ + 0.5, width);
-        tint[axis] = linearFromSrgbValue(static_cast<float>(
-            std::clamp(kMiddle + kTint * points[i].ball[axis], 0.0, 1.0)));
+        tint[axis] = linearFromSrgbValue(
+            static_cast<float>(std::clamp(kMiddle + kTint * points[i].ball[axis], 0.0, 1.0)));
       }
       const auto share = static_cast<float>(0.5 + 0.5 * wave);
       samples[i] = {(share + (1 - share) * kShade) * tint, kGloss, Vec3::Zero()};
@@ -54,7 +54,7 @@ Cell Lattice::cellAt(const Vec3& place) const {
 }
 
 Lattice latticeOf(const Polycube& polycube) {
-  Lattice lattice{polycube};
+  Lattice lattice{.polycube = polycube};
   while (lattice.divisions * polycube.longestSide() < kFewestCubes) lattice.divisions += 2;
   return lattice;
 }

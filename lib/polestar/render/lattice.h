@@ -13,6 +13,8 @@ namespace polestar {
 struct Lattice {
   Polycube polycube;
   int divisions = 1;  ///< of a cell along each axis, odd
+  /// Drawn on the domain itself: its coordinates do not bend at its edges, as those of other solids do.
+  bool straight = false;
 
   double side() const { return polycube.cellSide() / divisions; }  ///< domain units
 

@@ -40,8 +40,7 @@ class MappedAppearance final : public Appearance {
     std::vector<LinearCoordinates> balls, places;
     if (!look_.textureInDomain || look_.lines.ofBall())
       balls = detail::linearBalls(patches, center_, [this](auto from, auto to) { map_.forward(from, to); });
-    if (look_.textureInDomain || look_.lines.lattice)
-      places = detail::linearDomain(patches, domain_->at);
+    if (look_.textureInDomain || look_.lines.lattice) places = detail::linearDomain(patches, domain_->at);
     drawTexture(patches, taps, look_.textureInDomain ? places : balls, share, looks);
     if (look_.lines.ofBall()) detail::drawIsoLines(look_.lines, patches, taps, balls, share, looks);
     if (look_.lines.lattice)

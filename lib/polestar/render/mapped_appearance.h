@@ -19,7 +19,7 @@ namespace polestar {
 struct MappedLook {
   std::shared_ptr<const SolidTexture> texture;
   bool textureInDomain = false;  ///< its points and footprints are in the domain's frame, not in the ball
-  float cutGloss = 0.25f;  ///< a knife leaves a matter surface: share of the texture's gloss
+  float cutGloss = 0.25f;        ///< a knife leaves a matter surface: share of the texture's gloss
   IsoLines lines;
 };
 
@@ -39,14 +39,16 @@ struct DomainCoordinates {
   /// Points (mesh units) -> domain frame; outside the solid continued as DomainMap::sample() does it. Of
   /// `skin`, one a point, those that are not 0 are on the solid's surface, or were to be, and get places of
   /// the domain's surface.
-  std::function<void(std::span<const Vec3> points, std::span<const std::uint8_t> skin, std::span<Vec3> domain)>
+  std::function<void(std::span<const Vec3> points, std::span<const std::uint8_t> skin,
+                     std::span<Vec3> domain)>
       at;
 };
 
 /// The map is asked for about three points a patch. A patch on the skin is looked up half a pixel below it,
 /// since the map knows nothing outside; where even that gives NaN (sharp edges), 1e-6 of the way to the
 /// center. Its colors are those of R = 1.
-/// `green` gives G; a null pointer: G is not known. Both outlive the result. `domain`: for looks that go by it.
+/// `green` gives G; a null pointer: G is not known. Both outlive the result. `domain`: for looks that go by
+/// it.
 /// @throws Error{Errc::usage} for such a look without one.
 std::unique_ptr<Appearance> makeMappedAppearance(const VolumeMap& map, const BallMap* green, MappedLook look,
                                                  std::optional<DomainCoordinates> domain = std::nullopt);
