@@ -121,9 +121,9 @@ figures() {
   sheet "$folder/pipeline.jpg" 640x480 3 "$folder"/figure-2{a,b,c,d,e,f}.png
 
   # Figure 3: the way from the head by the ball into a polycube. Figure 4: the pig in its polycube.
-  map_domain head --cells 7 --domain-axes 0,0,0 --dim 64
+  map_domain head --cells 5 --domain-axes 0,0,0 --dim 64
   map_domain pig --cells 8 --dim 128
-  size=400x480 draw "$folder/maps/head-polycube.pmap" "$folder/figure-3.png" --view=-0.55,0.8,-0.35 \
+  size=400x480 draw "$folder/maps/head-polycube.pmap" "$folder/figure-3.png" --view=-0.78,0.55,-0.33 \
     --show whole-solid,solid,whole-ball,ball,whole-domain,domain
   size=640x480 draw "$folder/maps/pig-polycube.pmap" "$folder/figure-4.png" --view=-0.9,0.35,-0.3 \
     --show whole-solid,solid,whole-domain,domain
