@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <numbers>
+#include <string_view>
 
 #include "cli/dry_run.h"
 #include "cli/frame_plan.h"
@@ -24,6 +25,31 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kNone = "none";
+constexpr std::string_view kWhole = "whole-";
+
+/// One of the pictures that stand side by side.
+struct Panel {
+  Body body = Body::solid;
+  bool whole = false;  ///< without cuts
+};
+
+/// "domain", "whole-domain" @throws Error{Errc::usage}
+Panel parsePanel(const std::string& text) {
+  static const std::map<std::string_view, Body> kBodies{
+      {"solid", Body::solid}, {"ball", Body::ball}, {"domain", Body::domain}};
+  Panel panel;
+  std::string_view name = text;
+  panel.whole = name.starts_with(kWhole);
+  if (panel.whole) name.remove_prefix(kWhole.size());
+  const auto found = kBodies.find(name);
+  if (found == kBodies.end()) {
+    throw Error(
+        Errc::usage,
+        "--show takes solid, ball, domain, whole-solid, whole-ball and whole-domain; found \"" + text + "\"");
+  }
+  panel.body = found->second;
+  return panel;
+}
 constexpr double kRadians = std::numbers::pi / 180;
 
 /// Over all frames.
@@ -81,16 +107,20 @@ class RenderCommand final : public Command {
     app.add_option(
            "--texture", look_.texture,
            "A solid texture by name (see polestar transfer --list); coordinates: panels of a soccer ball "
-           "times bands of radius; or plain. Default: plain with shells and field lines, else the "
-           "colors Cd or color of a .vdb, else coordinates")
+           "times bands of radius; lattice: cubes of the cells of a map's cube or polycube; or plain. "
+           "Default: "
+           "plain with shells and field lines, else the colors Cd or color of a .vdb, else lattice where the "
+           "map has one, else coordinates")
         ->type_name("NAME");
-    app.add_option("--set", settings_, "A parameter of the texture")
+    app.add_option("--set", settings_,
+                   "A parameter of the texture; of lattice: divisions=D, cubes along a cell")
         ->type_name("NAME=VALUE")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     app.add_option("--iso-lines", isoLines_,
                    "Curves over any look, separated by commas: radius (on cuts), graticule (longitudes and "
-                   "latitudes on the skin), seams (of the panels), none")
+                   "latitudes on the skin), seams (of the panels), lattice (planes between cells, and edges "
+                   "of the cube or polycube), none")
         ->type_name("WHAT")
         ->delimiter(',');
     app.add_option("--line-width", linePixels_, "Of iso-lines; default 1/480 of the picture's height")
@@ -98,6 +128,13 @@ class RenderCommand final : public Command {
   }
 
   void addSceneOptions(CLI::App& app) {
+    app.add_option(
+           "--show", show_,
+           "What of a map is drawn: solid (default), domain (its cube or polycube, where it lies over the "
+           "solid), ball; whole-solid and so on without the cuts. Several, separated by commas, stand side "
+           "by side")
+        ->type_name("BODY,...")
+        ->delimiter(',');
     app.add_option("--cut", cuts_,
                    "Take away what lies beyond a plane: x, -y, z,0.2 or nx,ny,nz[,offset], offset in [-1, 1] "
                    "from the center to the far end. Twice: a wedge. none: the whole solid. Default x")
@@ -153,7 +190,8 @@ class RenderCommand final : public Command {
   }
 
   void addPictureOptions(CLI::App& app) {
-    app.add_option("--size", size_, "Pixels; default 1280x960")->type_name("WxH");
+    app.add_option("--size", size_, "Pixels, of each body that --show names; default 1280x960")
+        ->type_name("WxH");
     app.add_option("--samples", options_.samples, "Samples a pixel")->capture_default_str()->type_name("N");
     app.add_option("--crop", crop_, "Render these pixels alone; an .exr keeps their place")
         ->type_name("X0,Y0,X1,Y1");
@@ -166,7 +204,8 @@ class RenderCommand final : public Command {
     app.add_option("--turntable", turntable_,
                    "Turn the solid by this over the frames; default 360 for one input, 0 for a sequence")
         ->type_name("DEGREES");
-    app.add_flag("--no-aovs", noAovs_, "An .exr with colors alone: no Z, N, ball, green, id");
+    app.add_flag("--no-aovs", noAovs_,
+                 "An .exr with colors alone: no Z, N, ball, green, id; so is one of several bodies");
     app.add_option("--ocio-display", ocioDisplay_,
                    "Of the OpenColorIO configuration that $OCIO names: its display for a .png; default the "
                    "configuration's own")
@@ -184,6 +223,8 @@ class RenderCommand final : public Command {
       throw Error(Errc::usage, "the output " + output.string() + " does not end in .png or .exr");
     }
     prepareScene();
+    if (!show_.empty()) panels_.clear();
+    for (const std::string& body : show_) panels_.push_back(parsePanel(body));
     foliation_.validate();
     if (foliated() && look_.texture.empty()) look_.texture = "plain";
     if (foliated() && explode_)
@@ -191,7 +232,9 @@ class RenderCommand final : public Command {
     prepareFog();
     if (!size_.empty()) parseSize(size_, options_);
     if (!crop_.empty()) options_.crop = parseCrop(crop_);
-    options_.aovs = exr(session) && !noAovs_ && !fog_;
+    if (options_.crop && panels_.size() > 1)
+      throw Error(Errc::usage, "--crop is a part of one picture, and --show names several");
+    options_.aovs = exr(session) && !noAovs_ && !fog_ && panels_.size() == 1;
     options_.validate();
     for (const std::string& setting : settings_) look_.settings.push_back(parseSetting(setting));
     if (!isoLines_.empty()) look_.isoLines = isoLines_;
@@ -212,6 +255,7 @@ class RenderCommand final : public Command {
     if (!look_.texture.empty() || !isoLines_.empty())
       throw Error(Errc::usage, "--fog has the colors of its grids; leave --texture and --iso-lines out");
     if (explode_) throw Error(Errc::usage, "a fog cannot be exploded; use --cut");
+    if (!show_.empty()) throw Error(Errc::usage, "a fog is grids alone; leave --show out");
     if (foliated()) throw Error(Errc::usage, "a fog has no map; leave --shells and --field-lines out");
   }
 
@@ -258,7 +302,7 @@ class RenderCommand final : public Command {
   /// What the frames of a shot share, and how far each of them is turned.
   void placeFrames(const std::vector<FrameJob>& shot, Session& session) {
     const bool sequence = shot.back().input != shot.front().input;
-    if (sequence) options_.framed = sequenceBox(shot, session);
+    if (sequence) options_.framed = cornersOf(sequenceBox(shot, session));
     const double degrees = turntable_.value_or(sequence || shot.size() == 1 ? 0 : 360);
     for (std::size_t i = 0; i < shot.size(); ++i) {
       turns_[shot[i].frame] = degrees * kRadians * static_cast<double>(i) / static_cast<double>(shot.size());
@@ -268,7 +312,7 @@ class RenderCommand final : public Command {
 
   void describe(const std::vector<FrameJob>& jobs, Session& session) const {
     const PixelBox box = options_.crop.value_or(PixelBox{0, 0, options_.width, options_.height});
-    const int width = box.x1 - box.x0, height = box.y1 - box.y0;
+    const int width = (box.x1 - box.x0) * static_cast<int>(panels_.size()), height = box.y1 - box.y0;
     Picture picture;
     picture.width = width;
     picture.height = height;
@@ -301,11 +345,15 @@ class RenderCommand final : public Command {
       }
       const FrameProgress progress(session.context(), i, jobs.size());
       const double turn = turns_.at(jobs[i].frame);
-      const Rendering rendering = stage.solid ? stage.solid->render(turn, session.context())
-                                              : stage.fog->render(turn, session.context());
-      totals.add(rendering);
+      std::vector<Picture> pictures;
+      for (std::size_t k = 0; k < panels_.size(); ++k) {
+        Rendering rendering = stage.fog ? stage.fog->render(turn, session.context())
+                                        : stage.solids[k]->render(turn, session.context());
+        totals.add(rendering);
+        pictures.push_back(std::move(rendering.picture));
+      }
       session.noteSeconds("render", totals.seconds);
-      write(jobs[i].output, rendering.picture, session);
+      write(jobs[i].output, sideBySide(std::move(pictures)), session);
       outputs.push_back(jobs[i].output.string());
       session.json()["outputs"] = outputs;
       session.text() += "wrote " + jobs[i].output.string() + "\n";
@@ -315,26 +363,43 @@ class RenderCommand final : public Command {
 
   /// An input, ready to be drawn.
   struct Stage {
-    Subject subject;
-    std::unique_ptr<SolidRenderer> solid;
+    std::vector<Subject> subjects;  ///< one a panel
+    std::vector<std::unique_ptr<SolidRenderer>> solids;
     std::unique_ptr<FogRenderer> fog;
     std::string fogLook;
-    const std::string& look() const { return fog ? fogLook : subject.look; }
+    const std::string& look() const { return fog ? fogLook : subjects.front().look; }
   };
 
   Stage solidStage(const fs::path& path, Session& session) const {
+    std::vector<Body> bodies;
+    for (const Panel& panel : panels_) bodies.push_back(panel.body);
     Stage stage;
-    stage.subject = loadSubject(path, look_, session);
-    RenderOptions options = options_;
-    if (foliated()) {
-      options.hollow = !foliation_.shells.empty();
-      options.objects = session.timed(
-          "foliation", [&] { return isoObjects(*stage.subject.map, foliation_, session.context()); });
+    stage.subjects = loadSubjects(path, bodies, look_, session);
+    for (std::size_t k = 0; k < panels_.size(); ++k) {
+      const Subject& subject = stage.subjects[k];
+      RenderOptions options = options_;
+      if (panels_[k].whole) options.cuts.clear();
+      if (panels_.size() > 1 && options.framed.empty()) options.framed = pointsOf(stage.subjects);
+      if (foliated()) {
+        options.hollow = !foliation_.shells.empty();
+        options.objects = session.timed("foliation", [&] {
+          return isoObjects(*subject.coordinates, subject.surface, subject.directions, foliation_,
+                            session.context());
+        });
+      }
+      stage.solids.push_back(session.timed("scene", [&] {
+        return std::make_unique<SolidRenderer>(subject.surface, *subject.appearance, options);
+      }));
     }
-    stage.solid = session.timed("scene", [&] {
-      return std::make_unique<SolidRenderer>(stage.subject.surface, *stage.subject.appearance, options);
-    });
     return stage;
+  }
+
+  /// Bodies side by side are drawn in one scale.
+  static std::vector<Vec3> pointsOf(const std::vector<Subject>& subjects) {
+    std::vector<Vec3> points;
+    for (const Subject& subject : subjects)
+      points.insert(points.end(), subject.surface.vertices.begin(), subject.surface.vertices.end());
+    return points;
   }
 
   Stage fogStage(const fs::path& path, Session& session) const {
@@ -394,7 +459,8 @@ class RenderCommand final : public Command {
   LookChoices look_;
   std::vector<std::string> settings_, isoLines_;
   std::optional<double> linePixels_, explode_, meanFreePath_, fieldOfView_, turntable_;
-  std::vector<std::string> cuts_;
+  std::vector<std::string> cuts_, show_;
+  std::vector<Panel> panels_{Panel{}};
   std::string cutMode_, size_, crop_, background_, ocioDisplay_, ocioView_;
   std::optional<std::string> frames_, shot_;
   std::map<std::optional<int>, double> turns_;  ///< radians, by frame

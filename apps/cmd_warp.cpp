@@ -1,4 +1,4 @@
-// polestar warp: what lies in a solid goes over to the ball, back, or on into another solid. Points,
+// polestar warp: what lies in a solid goes over to its map's domain, back, or on into another solid. Points,
 // surfaces, meshes of the solid with a report on their tetrahedra, and the grids of a .vdb.
 
 #include <algorithm>
@@ -203,7 +203,7 @@ std::string failure(const TetReport& report, std::size_t folds) {
 class WarpCommand final : public Command {
  public:
   Description description() const override {
-    return {"warp", "Carry points, surfaces, tetrahedra or grids through a map: solid to ball, back, or on",
+    return {"warp", "Carry points, surfaces, tetrahedra or grids through a map: solid to domain, back, or on",
             "The file to write, of the input's kind; points go to standard output without it",
             "polestar warp asteroid.vtk asteroid.pmap -o ball.vtk --json"};
   }
@@ -214,9 +214,15 @@ class WarpCommand final : public Command {
                    "the solid (.vtk .mesh .msh, or TetGen's .node and .ele) or grids (.vdb)")
         ->required()
         ->type_name("");
-    app.add_option("MAP", choices_.map, "A .pmap, or the .vdb beside it")->required()->type_name("");
-    app.add_flag("--inverse", choices_.inverse, "The same way back: from the ball to the solid of MAP");
-    app.add_option("--to", choices_.to, "From the ball on to the solid of a second map")->type_name("MAP2");
+    app.add_option("MAP", choices_.map,
+                   "A .pmap, or the .vdb beside it. The way ends in its domain: ball, cube or polycube")
+        ->required()
+        ->type_name("");
+    app.add_flag("--inverse", choices_.inverse, "The same way back: from the domain to the solid of MAP");
+    app.add_option("--to", choices_.to,
+                   "By way of the ball to the solid of a second map; ball: end in the ball, whatever the "
+                   "domain of MAP is")
+        ->type_name("MAP2|ball");
     addAlignmentOptions(app, choices_.alignment,
                         {.from = "the solid of MAP",
                          .to = "that of MAP2",
@@ -236,7 +242,7 @@ class WarpCommand final : public Command {
   void run(Session& session) override {
     session.addInput(input_);
     session.addInput(choices_.map);
-    if (!choices_.to.empty()) session.addInput(choices_.to);
+    if (toSecondMap()) session.addInput(choices_.to);
     addAlignmentInputs(choices_.alignment, session);
     const Kind kind = kindOf(input_);
     checkChoices(kind, session);
@@ -254,6 +260,8 @@ class WarpCommand final : public Command {
   }
 
  private:
+  bool toSecondMap() const { return !choices_.to.empty() && choices_.to != kBallName; }
+
   void checkChoices(Kind kind, Session& session) const {
     const fs::path output = session.options().output;
     const OutputForm form = formOf(kind);
@@ -265,7 +273,7 @@ class WarpCommand final : public Command {
       throw Error(Errc::usage, "the output " + output.string() + " does not end in " + form.endings +
                                    ", as a " + form.name + " has to");
     }
-    if (choices_.to.empty() && choices_.alignment.any() && !choices_.alignment.rotate) {
+    if (!toSecondMap() && choices_.alignment.any() && !choices_.alignment.rotate) {
       throw Error(Errc::usage,
                   "--landmarks, --align and --surface-map bring two solids into line; --to MAP2 is missing");
     }
@@ -459,7 +467,7 @@ class WarpCommand final : public Command {
     WarpedGrids grids =
         session.timed("warp", [&] { return WarpedGrids(input_, warp, options, session.context()); });
     grids.setMetadata("polestar:version", std::string(kVersion));
-    grids.setMetadata("polestar:domain", std::string(route.toBall() ? "ball" : "solid"));
+    grids.setMetadata("polestar:domain", route.targetKind());
     grids.setMetadata("polestar:source", input_.filename().string());
     grids.setMetadata("polestar:arguments", session.arguments());
     session.timed("write", [&] {

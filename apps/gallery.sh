@@ -63,6 +63,13 @@ map_shape() {
     "$polestar" map "$(mesh_of "$1")" -o "${map%.pmap}.vdb" --dim 64 --boundary balanced --overwrite -q >/dev/null
 }
 
+map_domain() { # SHAPE OPTION...
+  local shape=$1 map=$folder/maps/$1-polycube.pmap
+  shift
+  [[ -s $map && $map -nt $polestar ]] ||
+    "$polestar" map "$(mesh_of "$shape")" -o "${map%.pmap}.vdb" --domain polycube "$@" --overwrite -q >/dev/null
+}
+
 draw() { # INPUT PICTURE OPTION...
   local input=$1 picture=$2
   shift 2
@@ -113,6 +120,16 @@ figures() {
   draw "$folder/maps/ball.pmap" "$folder/figure-2f.png" --texture kiwi --view=-0.55,0.8,-0.35 --cut x --cut -y --cut z
   sheet "$folder/pipeline.jpg" 640x480 3 "$folder"/figure-2{a,b,c,d,e,f}.png
 
+  # Figure 3: the way from the head by the ball into a polycube. Figure 4: the pig in its polycube.
+  map_domain head --cells 5 --domain-axes 0,0,0 --dim 64
+  map_domain pig --cells 8 --dim 128
+  size=400x480 draw "$folder/maps/head-polycube.pmap" "$folder/figure-3.png" --view=-0.78,0.55,-0.33 \
+    --show whole-solid,solid,whole-ball,ball,whole-domain,domain
+  size=640x480 draw "$folder/maps/pig-polycube.pmap" "$folder/figure-4.png" --view=-0.9,0.35,-0.3 \
+    --show whole-solid,solid,whole-domain,domain
+  sheet "$folder/polycube-way.jpg" 1920x384 1 "$folder/figure-3.png"
+  sheet "$folder/polycube.jpg" 1920x360 1 "$folder/figure-4.png"
+
   # Figure 6: the star turns into the head, and what is inside goes along.
   local row
   for row in soccer watermelon; do
@@ -143,7 +160,7 @@ figures() {
 for shape in "${shapes[@]}"; do map_shape "$shape"; done
 gallery "$folder/gallery.jpg" "${shapes[@]}"
 figures
-sheets=(gallery field pipeline morph transfer)
+sheets=(gallery field pipeline polycube polycube-way morph transfer)
 if [[ -r $meshes/bennu.ply ]]; then
   for shape in "${bodies[@]}"; do map_shape "$shape"; done
   gallery "$folder/gallery-bodies.jpg" "${bodies[@]}"

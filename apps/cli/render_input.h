@@ -4,11 +4,12 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "cli/session.h"
-#include "polestar/map/ball_map.h"
+#include "polestar/map/volume_map.h"
 #include "polestar/mesh/tri_mesh.h"
 #include "polestar/render/appearance.h"
 #include "polestar/render/iso_lines.h"
@@ -17,9 +18,9 @@
 namespace polestar::cli {
 
 struct LookChoices {
-  std::string texture;       ///< a name, `coordinates`, or empty: what suits the file
+  std::string texture;       ///< a name, `lattice`, `coordinates`, or empty: what suits the file
   TextureSettings settings;  ///< of the texture
-  /// Of radius, graticule, seams; nothing: those of `coordinates`, none with other looks.
+  /// Of radius, graticule, seams, lattice; nothing: those of the look.
   std::optional<std::vector<std::string>> isoLines;
   double linePixels = 2;
 
@@ -30,18 +31,27 @@ struct LookChoices {
 /// "name=value" @throws Error{Errc::usage}
 std::pair<std::string, double> parseSetting(const std::string& text);
 
-/// Ready to be drawn; the appearance points into the map.
+/// What of a map is drawn: the solid, the ball of its coordinates, or its domain, where that is another. Ball
+/// (with the solid's volume) and domain lie over the solid, so that views and cuts are the same.
+enum class Body { solid, ball, domain };
+
+/// Ready to be drawn; the appearance points into what `coordinates` holds.
 struct Subject {
-  std::unique_ptr<const BallMap> map;
-  TriMesh surface;
-  std::unique_ptr<Appearance> appearance;
-  std::string look;  ///< "colors of the grid Cd", "texture kiwi" ...
+  TriMesh surface = {};  ///< mesh units
+  std::unique_ptr<Appearance> appearance = nullptr;
+  std::string look = {};  ///< "colors of the grid Cd", "texture kiwi" ...
+  /// Of the body onto the solid's ball, with images of the surface's vertices; null where colors are drawn.
+  std::shared_ptr<const VolumeMap> coordinates = nullptr;
+  std::vector<Vec3> directions = {};
 };
 
-/// A .pmap, the .vdb beside it, or a .vdb with colors: those are drawn unless a texture is named, on the skin
-/// of the map where that lies beside, else on the grids' own.
-/// @throws what loadMap throws; Error{Errc::io} for a .vdb that has neither a map nor colors on a skin.
-Subject loadSubject(const std::filesystem::path& path, const LookChoices& choices, Session& session);
+/// A .pmap, the .vdb beside it, or a .vdb with colors: those are drawn unless a texture or another body than
+/// the solid is named, on the skin of the map where that lies beside, else on the grids' own. One subject a
+/// body.
+/// @throws what loadMap throws; Error{Errc::io} for a .vdb that has neither a map nor colors on a skin;
+/// Error{Errc::usage} for a domain, or a look by it, where the map is one onto the ball.
+std::vector<Subject> loadSubjects(const std::filesystem::path& path, std::span<const Body> bodies,
+                                  const LookChoices& choices, Session& session);
 
 /// Around what a file holds: a .vdb's grids or a map's surface.
 Box inputBox(const std::filesystem::path& path);

@@ -6,6 +6,8 @@
 
 #include "cli/map_input.h"
 #include "cli/text.h"
+#include "polestar/core/error.h"
+#include "polestar/map/map_file.h"
 
 namespace polestar::cli {
 namespace {
@@ -15,8 +17,7 @@ constexpr std::size_t kPortion = std::size_t{1} << 17, kTracedPortion = 2048;
 
 }  // namespace
 
-Route::End Route::load(const std::filesystem::path& path, Session& session) {
-  const BallMap table = loadMap(path, session);
+Route::End Route::endAt(const BallMap& table, const std::string& kind, const std::filesystem::path& path) {
   std::shared_ptr<const VolumeMap> map;
   if (choices_.exact) {
     map = std::make_shared<TracedBallMap>(table);
@@ -25,18 +26,25 @@ Route::End Route::load(const std::filesystem::path& path, Session& session) {
   }
   const auto snapping = std::make_shared<SnappingMap>(table, map, choices_.snap);
   maps_.push_back(snapping);
-  return {snapping, table, map, "the solid of " + path.string(),
-          boundingBox(table.chart().green().shape().surface().mesh())};
+  return {.kind = kind,
+          .name = "the " + kind + " of " + path.string(),
+          .box = boundingBox(table.chart().green().shape().surface().mesh()),
+          .table = table,
+          .solid = snapping,
+          .strict = map};
 }
 
 Route::Route(const RouteChoices& choices, Session& session) : choices_(choices) {
-  source_ = load(choices_.map, session);
+  const MapFile from = loadMapFile(choices_.map, session);
+  source_ = endAt(from.map, "solid", choices_.map);
   chain_.thenForward(source_.solid);
   strict_.thenForward(source_.strict);
-  if (choices_.to.empty()) {
-    target_ = {nullptr, std::nullopt, nullptr, "the ball", {Vec3::Constant(-1), Vec3::Constant(1)}};
+  if (choices_.to.empty() && from.domain) {
+    goOnInto(std::make_shared<const DomainMap>(*from.domain));
+  } else if (choices_.to.empty() || choices_.to == kBallName) {
+    target_ = {.kind = "ball", .name = "the ball", .box = {Vec3::Constant(-1), Vec3::Constant(1)}};
   } else {
-    target_ = load(choices_.to, session);
+    target_ = endAt(loadMap(choices_.to, session), "solid", choices_.to);
   }
   align(session);
   if (target_.solid) {
@@ -51,6 +59,21 @@ Route::Route(const RouteChoices& choices, Session& session) : choices_(choices) 
   reach_ = choices_.snap * source_.box.diagonal();
 }
 
+void Route::thenForward(const std::shared_ptr<const VolumeMap>& motion) {
+  chain_.thenForward(motion);
+  strict_.thenForward(motion);
+}
+
+void Route::goOnInto(const std::shared_ptr<const DomainMap>& domain) {
+  if (choices_.alignment.any()) {
+    throw Error(Errc::usage, choices_.map.string() + " leads on into a " + domain->shape().kind +
+                                 ", which has its place; --rotate turns the ball: end there by --to ball");
+  }
+  target_ = endAt(domain->domain(), domain->shape().kind, choices_.map);
+  // The motion lasts as long as the map that it is a part of.
+  thenForward(std::shared_ptr<const VolumeMap>(domain, &domain->motion()));
+}
+
 // A turn is one outside of the ball, too, where points may still be taken for points of the surface.
 void Route::align(Session& session) {
   const AlignmentChoices& alignment = choices_.alignment;
@@ -58,10 +81,10 @@ void Route::align(Session& session) {
     chain_.thenRotate(rotationXyz(*alignment.rotate));
     strict_.thenRotate(rotationXyz(*alignment.rotate));
   } else if (alignment.any()) {
-    const BallAlignment aligned = alignBalls(alignment, source_.table, target_.table.value(), session);
+    const BallAlignment aligned =
+        alignBalls(alignment, source_.table.value(), target_.table.value(), session);
     session.json().update(aligned.report);
-    chain_.thenForward(aligned.motion);
-    strict_.thenForward(aligned.motion);
+    thenForward(aligned.motion);
   }
 }
 
@@ -121,8 +144,8 @@ void Route::retry(const std::vector<Vec3>& points, std::size_t begin, std::size_
 }
 
 void Route::describe(Json& json) const {
-  json["from"] = fromBall() ? "ball" : "solid";
-  json["to"] = toBall() ? "ball" : "solid";
+  json["from"] = source_.kind;
+  json["to"] = target_.kind;
   json["exact"] = choices_.exact;
   json["snap"] = {{"relative", choices_.snap}, {"length", reach_}};
 }

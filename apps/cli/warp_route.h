@@ -11,14 +11,18 @@
 #include "cli/ball_alignment.h"
 #include "cli/session.h"
 #include "polestar/map/composed_map.h"
+#include "polestar/map/domain_map.h"
 #include "polestar/map/snapping_map.h"
 #include "polestar/mesh/tri_mesh.h"
 
 namespace polestar::cli {
 
+/// What RouteChoices::to calls the ball between the maps.
+inline constexpr const char* kBallName = "ball";
+
 struct RouteChoices {
   std::filesystem::path map;
-  std::filesystem::path to;    ///< a second map; empty: the way ends in the ball
+  std::filesystem::path to;    ///< a second map; kBallName; empty: the way ends in the domain of `map`
   bool inverse = false;        ///< the same way backward
   AlignmentChoices alignment;  ///< in the ball; all but a turn want a second map
   bool exact = false;          ///< trace field lines instead of reading the table
@@ -39,17 +43,18 @@ struct MovedPoints {
 
 class Route {
  public:
-  /// Loads the maps and aligns their balls. @throws what loadMap and alignBalls throw.
+  /// Loads the maps and aligns their balls. @throws what loadMapFile and alignBalls throw; Error{Errc::usage}
+  /// for a turn of the ball where the way goes on into a domain, which has its place.
   Route(const RouteChoices& choices, Session& session);
 
-  bool fromBall() const { return !source_.solid; }
-  bool toBall() const { return !target_.solid; }
   const VolumeMap& map() const { return chain_; }
   /// Around all that can come out.
   const Box& targetBox() const { return target_.box; }
-  /// "the ball" or "the solid of a.pmap"
+  /// "the ball", "the solid of a.pmap" or "the polycube of a.pmap"
   const std::string& sourceName() const { return source_.name; }
   const std::string& targetName() const { return target_.name; }
+  /// "ball", "solid", "cube" or "polycube"
+  const std::string& targetKind() const { return target_.kind; }
   /// Lengths outside that count as on the surface, in the input's units.
   double reach() const { return reach_; }
   /// Of the box around the source: the unit of --snap.
@@ -64,17 +69,19 @@ class Route {
   void describe(Json& json) const;
 
  private:
-  /// Where the way begins or ends; without a solid, in the ball.
+  /// Where the way begins or ends: in a solid, in a domain, which is a solid with a map, too, or in the ball.
   struct End {
-    std::shared_ptr<const SnappingMap> solid;
-    std::optional<BallMap> table;
-    std::shared_ptr<const VolumeMap> strict;  ///< the same without reach
-    std::string name;
+    std::string kind, name;
     Box box;
+    std::optional<BallMap> table = std::nullopt;  ///< none of the ball
+    std::shared_ptr<const SnappingMap> solid = nullptr;
+    std::shared_ptr<const VolumeMap> strict = nullptr;  ///< the same without reach
   };
   void retry(const std::vector<Vec3>& points, std::size_t begin, std::size_t end, MovedPoints& moved) const;
-  End load(const std::filesystem::path& path, Session& session);
+  End endAt(const BallMap& table, const std::string& kind, const std::filesystem::path& path);
   void align(Session& session);
+  void thenForward(const std::shared_ptr<const VolumeMap>& motion);
+  void goOnInto(const std::shared_ptr<const DomainMap>& domain);
 
   RouteChoices choices_;
   std::vector<std::shared_ptr<const SnappingMap>> maps_;

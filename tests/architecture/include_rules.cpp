@@ -27,7 +27,7 @@ const std::map<std::string, std::vector<std::string>>& arrows() {
       {"io", {"vdb"}},
       {"texture", {"map", "vdb", "io"}},
       {"morph", {"certify", "texture"}},
-      {"render", {"texture"}},
+      {"render", {"texture", "polycube"}},
   };
   return table;
 }

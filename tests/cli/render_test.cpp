@@ -155,6 +155,30 @@ TEST_F(Render, ScenesThatCannotBe) {
   expectRefused(2, map(), "a.exr", {"--ocio-view", "Film"}, "scene-linear");
 }
 
+TEST_F(Render, BodiesStandSideBySide) {
+  const ToolRun run = draw(map(), "a.png", {"--show", "whole-solid,solid,ball", "--json"});
+  EXPECT_EQ(run.exitCode, 0) << run.err;
+  EXPECT_EQ(run.json()["look"], "coordinates");
+  EXPECT_EQ(run.json()["rays"]["camera"], 3 * 48 * 36 * 2);
+  // Width and height in the header of a .png, big endian.
+  const std::string header = readFile(scratch_ / "a.png").substr(16, 8);
+  EXPECT_EQ(header, std::string("\0\0\0\x90\0\0\0\x24", 8));
+  EXPECT_EQ(draw(map(), "b.exr", {"--show", "solid,ball"}).exitCode, 0);
+  EXPECT_THAT(readFile(scratch_ / "b.exr").substr(0, 4000), ::testing::Not(HasSubstr("ball.x")));
+  expectRefused(2, map(), "c.png", {"--show", "cube"}, "whole-domain");
+  expectRefused(2, map(), "c.png", {"--show", "solid,ball", "--crop", "0,0,9,9"}, "--crop");
+  expectRefused(2, grids(), "c.png", {"--fog", "--show", "solid"}, "--show");
+}
+
+TEST_F(Render, WhatGoesByALatticeIsRefusedWhereTheMapHasNone) {
+  expectRefused(2, map(), "a.png", {"--texture", "lattice"}, "in the ball");
+  expectRefused(2, map(), "a.png", {"--iso-lines", "lattice"}, "in the ball");
+  expectRefused(2, map(), "a.png", {"--show", "solid,domain"}, "in the ball");
+  expectRefused(2, colors(), "a.png", {"--iso-lines", "lattice"}, "--texture");
+  expectRefused(2, map(), "a.png", {"--texture", "lattice", "--set", "divisions=2"}, "odd");
+  expectRefused(2, map(), "a.png", {"--texture", "lattice", "--set", "size=3"}, "divisions");
+}
+
 TEST_F(Render, ABrokenOpenColorIoConfigurationIsAnError) {
   const ToolRun run =
       runTool({"render", map(), "-o", scratch_ / "a.png", "--size", "16x16", "--samples", "1"},

@@ -23,8 +23,8 @@ const BallMap& ball() {
 }
 
 TEST(IsoObjects, ShellsAndLinesOfABallAreSpheresAndRadii) {
-  const std::vector<StageObject> objects =
-      isoObjects(ball(), {.shells = {0.8, 0.4}, .lines = 20, .lineWidth = 0.01});
+  const std::vector<StageObject> objects = isoObjects(ball(), icosphere(4), ball().sphere().directions,
+                                                      {.shells = {0.8, 0.4}, .lines = 20, .lineWidth = 0.01});
   ASSERT_EQ(objects.size(), 3u);
   EXPECT_FALSE(objects[0].cut) << "the innermost stays whole";
   EXPECT_TRUE(objects[1].cut);
@@ -104,7 +104,7 @@ TEST(IsoObjects, RefusesWhatCannotBe) {
        {IsoObjectOptions{.shells = {1.0}}, IsoObjectOptions{.shells = {0.0}}, IsoObjectOptions{.lines = -1},
         IsoObjectOptions{.lines = 3, .lineWidth = 0}}) {
     try {
-      isoObjects(ball(), wrong);
+      isoObjects(ball(), icosphere(4), ball().sphere().directions, wrong);
       ADD_FAILURE();
     } catch (const Error& error) {
       EXPECT_EQ(error.code(), Errc::usage);

@@ -234,7 +234,7 @@ TEST(SolidPicture, ATurnedSolidIsWhatTheTurntableShows) {
   options.aovs = false;
   options.samples = 16;
   // The same frame for both: a box that both fit in.
-  options.framed = Box{Vec3::Constant(-1.4), Vec3::Constant(1.4)};
+  options.framed = cornersOf({Vec3::Constant(-1.4), Vec3::Constant(1.4)});
   const auto look = appearanceOf(map, std::make_shared<BallColors>());
   const auto turnedLook = appearanceOf(turnedMap, std::make_shared<BallColors>());
   const Picture byTable = SolidRenderer(mesh, *look, options).render(angle).picture;

@@ -62,6 +62,25 @@ std::vector<std::uint8_t> quantized(const std::vector<float>& values, int width,
 
 }  // namespace
 
+Picture sideBySide(std::vector<Picture> pictures) {
+  if (pictures.empty()) throw Error(Errc::usage, "no pictures to put side by side");
+  if (pictures.size() == 1) return std::move(pictures.front());
+  int width = 0;
+  for (const Picture& picture : pictures) {
+    if (picture.height != pictures.front().height)
+      throw Error(Errc::usage, "pictures side by side must have one height");
+    width += picture.width;
+  }
+  Picture row(width, pictures.front().height);
+  int x = 0;
+  for (const Picture& picture : pictures) {
+    for (int y = 0; y < row.height; ++y)
+      std::copy_n(picture.pixel(0, y), std::size_t{4} * picture.width, row.pixel(x, y));
+    x += picture.width;
+  }
+  return row;
+}
+
 float displayValue(float linear) {
   if (!(linear > 0)) return 0;
   return std::min(1.0f, detail::srgbFromLinear(shoulder(linear)));

@@ -45,6 +45,11 @@ struct Picture {
   const float* pixel(int x, int y) const { return &rgba[4 * (std::size_t{1} * y * width + x)]; }
 };
 
+/// Pictures of one height from left to right, their colors alone: each had a camera of its own. A single one
+/// stays as it is.
+/// @throws Error{Errc::usage} for none, or different heights.
+Picture sideBySide(std::vector<Picture> pictures);
+
 /// Key and value, written as text chunks; keys of at most 79 Latin-1 characters.
 using PictureText = std::vector<std::pair<std::string, std::string>>;
 

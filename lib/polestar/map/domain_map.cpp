@@ -50,8 +50,7 @@ DomainMap::DomainMap(BallMap solid, std::shared_ptr<const VolumeMap> motion, Bal
 void DomainMap::forward(std::span<const Vec3> solid, std::span<Vec3> domain) const {
   std::vector<Vec3> ball(solid.size());
   solid_.forward(solid, ball);
-  moveBall(*motion_, false, ball);
-  domainSurface_.continuedInverse(ball, domain);
+  sampleFromBall(ball, domain);
 }
 
 void DomainMap::inverse(std::span<const Vec3> domain, std::span<Vec3> solid) const {
@@ -81,8 +80,13 @@ void DomainMap::jacobian(std::span<const Vec3> solid, std::span<Mat3> derivative
 void DomainMap::sample(std::span<const Vec3> solid, std::span<Vec3> domain, std::span<double> green) const {
   std::vector<Vec3> ball(solid.size());
   solid_.sample(solid, ball, green);
-  moveBall(*motion_, false, ball);
-  domainSurface_.continuedInverse(ball, domain);
+  sampleFromBall(ball, domain);
+}
+
+void DomainMap::sampleFromBall(std::span<const Vec3> ball, std::span<Vec3> domain) const {
+  std::vector<Vec3> moved(ball.begin(), ball.end());
+  moveBall(*motion_, false, moved);
+  domainSurface_.continuedInverse(moved, domain);
 }
 
 void DomainMap::sampleInverse(std::span<const Vec3> domain, std::span<Vec3> solid) const {

@@ -42,6 +42,8 @@ class DomainMap final : public VolumeMap {
   /// forward(), continued outside the solid by f(q) |x - c| / |q - c|, q where the ray from the center
   /// through x leaves the solid; and G of the solid (1 / mesh units; 0 outside, +infinity at the center).
   void sample(std::span<const Vec3> solid, std::span<Vec3> domain, std::span<double> green) const;
+  /// The second half of sample(), f_P^-1 . psi: from the solid's ball, outside of it along rays.
+  void sampleFromBall(std::span<const Vec3> ball, std::span<Vec3> domain) const;
   /// inverse(), continued outside the domain in the same way.
   void sampleInverse(std::span<const Vec3> domain, std::span<Vec3> solid) const;
 

@@ -112,10 +112,10 @@ class Builder {
   std::vector<double> arc_;
 };
 
-std::vector<Vec3> levelDirections(const BallMap& map, double level) {
-  std::vector<Vec3> domain = map.sphere().directions;
-  for (Vec3& direction : domain) direction *= level;
-  return domain;
+std::vector<Vec3> scaled(std::span<const Vec3> directions, double level) {
+  std::vector<Vec3> points(directions.begin(), directions.end());
+  for (Vec3& point : points) point *= level;
+  return points;
 }
 
 /// Half a disk of the ball, of constant longitude: rows of quads along the radius, triangles at the center.
@@ -168,11 +168,15 @@ std::vector<Vec3> evenDirections(std::size_t count) {
 TriMesh levelSurface(const BallMap& map, double level) {
   TriMesh mesh;
   mesh.triangles = map.chart().foliation().triangles;
-  mesh.vertices = level == 1 ? surfaceOf(map).vertices : pointsOfSolid(map, levelDirections(map, level));
+  mesh.vertices = level == 1 ? surfaceOf(map).vertices : pointsOfLevel(map, map.sphere().directions, level);
   return mesh;
 }
 
-std::vector<SolidCurve> radialLines(const BallMap& map, std::span<const Vec3> directions, double from,
+std::vector<Vec3> pointsOfLevel(const VolumeMap& map, std::span<const Vec3> directions, double level) {
+  return pointsOfSolid(map, scaled(directions, level));
+}
+
+std::vector<SolidCurve> radialLines(const VolumeMap& map, std::span<const Vec3> directions, double from,
                                     double tolerance, Context& context) {
   std::vector<DomainCurve> radii;
   for (const Vec3& direction : directions) radii.push_back(domainPolyline({from * direction, direction}));
@@ -187,7 +191,7 @@ PolyData isoGeometry(const BallMap& map, const IsoOptions& options, Context& con
     context.throwIfCancelled();
     const TriMesh mesh = levelSurface(map, level);
     PolyPart& part = builder.part(levelName("level", level));
-    const std::int32_t first = builder.points(levelDirections(map, level), mesh.vertices);
+    const std::int32_t first = builder.points(scaled(map.sphere().directions, level), mesh.vertices);
     for (const Triangle& t : mesh.triangles)
       part.triangles.push_back({first + t[0], first + t[1], first + t[2]});
   }

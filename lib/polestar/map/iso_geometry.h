@@ -28,9 +28,12 @@ std::vector<Vec3> evenDirections(std::size_t count);
 /// of the ball to the level and through the map's inverse. Closed; mesh units. At 1 the surface itself.
 TriMesh levelSurface(const BallMap& map, double level);
 
+/// The points of ball radius `level` along `directions`, mesh units.
+std::vector<Vec3> pointsOfLevel(const VolumeMap& map, std::span<const Vec3> directions, double level);
+
 /// Curves from the iso-surface `from` (0: the center) to the surface along `directions` of the ball, mesh
 /// units. Outside the map's core these are field lines of Green's function. `tolerance`: see CurveOptions.
-std::vector<SolidCurve> radialLines(const BallMap& map, std::span<const Vec3> directions, double from,
+std::vector<SolidCurve> radialLines(const VolumeMap& map, std::span<const Vec3> directions, double from,
                                     double tolerance, Context& context = Context::quiet());
 
 /// All that the options name, a part each: `level_S` for the iso-surface of ball radius S, `graticule_S` for

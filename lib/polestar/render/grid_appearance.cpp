@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "polestar/core/error.h"
-#include "polestar/render/detail/linear_ball.h"
+#include "polestar/render/detail/linear_coordinates.h"
 
 namespace polestar {
 namespace {
@@ -62,7 +62,7 @@ class GridAppearance final : public Appearance {
     std::vector<SurfaceLook> again(bare.size());
     readColors(patches, bare, share, 0, again);
     for (std::size_t i = 0; i < bare.size(); ++i) looks[tapOf[i]] = again[i];
-    if (!rest_ || !look_.lines.any()) return;
+    if (!rest_ || !look_.lines.ofBall()) return;
     const auto balls = detail::linearBalls(patches, center_, lookup());
     detail::drawIsoLines(look_.lines, patches, taps, balls, share, looks);
   }
@@ -114,7 +114,7 @@ class GridAppearance final : public Appearance {
     }
   }
 
-  detail::BallLookup lookup() const {
+  detail::CoordinateLookup lookup() const {
     return [this](std::span<const Vec3> points, std::span<Vec3> ball) {
       std::vector<Vec3f> values(points.size());
       std::vector<float> weights(points.size());

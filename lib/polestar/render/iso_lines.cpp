@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kBands = 10;
 constexpr double kPanelAngle = 0.72;  // about the width of a panel of the soccer ball, radians
+constexpr double kBold = 1.7;         // edges of a domain, widths of its other lines
 constexpr double kGraticule = std::numbers::pi / 12;
 
 double smoothStep(double low, double high, double x) {
@@ -25,16 +26,18 @@ double lineCoverage(double distance, double width, double window) {
   return width / drawn * std::clamp((drawn - 2 * distance) / (2 * window) + 0.5, 0.0, 1.0);
 }
 
+double spreadOf(const Vec3& gradient, const CoordinateFootprint& at) {
+  return std::max(std::hypot(gradient.dot(at.overFirst), gradient.dot(at.overSecond)), 1e-12);
+}
+
 struct Lines {
   const IsoLines& options;
-  const BallFootprint& at;
+  const CoordinateFootprint& at;
   double share, radius;
   Vec3 direction;
 
   /// Change of a quantity with this gradient over the pixel.
-  double spread(const Vec3& gradient) const {
-    return std::max(std::hypot(gradient.dot(at.overFirst), gradient.dot(at.overSecond)), 1e-12);
-  }
+  double spread(const Vec3& gradient) const { return spreadOf(gradient, at); }
 
   /// Those of R, so that they lie about evenly over the whole cut.
   double radii() const {
@@ -91,12 +94,74 @@ struct Lines {
   }
 };
 
+Cell moved(Cell cell, int axis, int step) {
+  cell[axis] += step;
+  return cell;
+}
+
+/// How the surface of the lattice's polycube turns at the plane of an axis, and how coordinates on the
+/// surface of a smooth solid go there with the distance s from it: as s^power. [docs/method.md, "Cubes and
+/// polycubes"]
+struct Turn {
+  bool edge;
+  double power;
+};
+constexpr Turn kFlat{false, 1}, kConvex{true, 0.5}, kReentrant{true, 1.5};
+
+/// At the plane next to a place on the surface.
+Turn turnAt(const Lattice& lattice, const Vec3& place, int axis) {
+  const Vec3 inside = lattice.insideSurface(place);
+  const Cell cell = lattice.cellAt(inside);
+  // The face that the place is on: the nearest one of the cell's that looks outside.
+  const double half = 0.5 * lattice.polycube.cellSide();
+  Cell out{0, 0, 0};
+  double nearest = half;
+  for (int k = 0; k < 3; ++k) {
+    const double offset = inside[k] - 2 * half * cell[k];
+    const int step = offset < 0 ? -1 : 1;
+    if (half - std::abs(offset) >= nearest || lattice.polycube.contains(moved(cell, k, step))) continue;
+    nearest = half - std::abs(offset);
+    out = {0, 0, 0};
+    out[k] = step;
+  }
+  // Cubes are smaller than cells where these are divided.
+  const double offset = place[axis] - 2 * half * cell[axis];
+  const bool betweenCells = std::abs(std::abs(offset) - half) < 0.5 * lattice.side();
+  if (out[axis] != 0 || !betweenCells) return kFlat;
+  const Cell beside = moved(cell, axis, offset < 0 ? -1 : 1);
+  if (!lattice.polycube.contains(beside)) return kConvex;
+  const Cell above{beside[0] + out[0], beside[1] + out[1], beside[2] + out[2]};
+  return lattice.polycube.contains(above) ? kReentrant : kFlat;
+}
+
 }  // namespace
 
-double isoLineCoverage(const IsoLines& lines, const BallFootprint& at, double share) {
-  const double radius = at.ball.norm();
+double latticeLineCoverage(const IsoLines& lines, const Lattice& lattice, const CoordinateFootprint& at,
+                           double share) {
+  const double side = lattice.side();
+  const double steepest = std::sqrt(at.overFirst.squaredNorm() + at.overSecond.squaredNorm());
+  double covered = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double change = spreadOf(Vec3::Unit(axis), at);
+    const double fromPlane =
+        std::max(std::abs(std::remainder(at.place[axis] + 0.5 * side, side)), 1e-9 * side);
+    if (fromPlane / change > 3 * kBold * lines.pixels + share) continue;
+    const Turn turn = at.skin ? turnAt(lattice, at.place, axis) : kFlat;
+    const double power = lattice.straight ? 1 : turn.power;
+    const double distance = power * fromPlane / change;
+    const double spacing = distance * std::pow(side / fromPlane, 1 / power);
+    // The surface of the domain lies in planes of the lattice: these would cover all of it.
+    const double shown = smoothStep(0.05, 0.2, change / steepest) * smoothStep(1.5, 6, spacing);
+    const double width = std::min((turn.edge ? kBold : 1) * lines.pixels, 0.15 * spacing);
+    covered = std::max(covered, shown * lineCoverage(distance, width, share));
+  }
+  return covered;
+}
+
+double isoLineCoverage(const IsoLines& lines, const CoordinateFootprint& at, double share) {
+  const double radius = at.place.norm();
   if (!(radius > 1e-9)) return 0;
-  const Lines drawn{lines, at, share, radius, at.ball / radius};
+  const Lines drawn{lines, at, share, radius, at.place / radius};
   double covered = 0;
   if (lines.radius && !at.skin) covered = std::max(covered, drawn.radii());
   if (lines.graticule && at.skin) covered = std::max(covered, drawn.graticule());

@@ -108,21 +108,24 @@ TriMesh tubeAround(std::span<const Vec3> line, double radius) {
   return tube.closed(line[0] - radius * first, line[last] + radius * end);
 }
 
-std::vector<StageObject> isoObjects(const BallMap& map, const IsoObjectOptions& options, Context& context) {
+std::vector<StageObject> isoObjects(const VolumeMap& map, const TriMesh& surface,
+                                    std::span<const Vec3> directions, const IsoObjectOptions& options,
+                                    Context& context) {
   options.validate();
   std::vector<StageObject> objects;
   std::vector<double> shells = options.shells;
   std::sort(shells.begin(), shells.end());
   for (std::size_t i = 0; i < shells.size(); ++i) {
     context.throwIfCancelled();
-    objects.push_back({levelSurface(map, shells[i]), shellColor(shells[i]), 0.35f, i > 0});
+    TriMesh shell{pointsOfLevel(map, directions, shells[i]), surface.triangles};
+    objects.push_back({std::move(shell), shellColor(shells[i]), 0.35f, i > 0});
   }
   if (options.lines == 0) return objects;
-  const double diagonal = boundingBox(map.chart().green().shape().surface().mesh()).diagonal();
+  const double diagonal = boundingBox(surface).diagonal();
   const double innermost = shells.empty() ? 0 : shells.front();
-  const std::vector<Vec3> directions = evenDirections(static_cast<std::size_t>(options.lines));
+  const std::vector<Vec3> lines = evenDirections(static_cast<std::size_t>(options.lines));
   StageObject tubes{{}, linearFromSrgb(kLineColor), 0.5f, false};
-  for (const SolidCurve& line : radialLines(map, directions, innermost, kLineTolerance * diagonal, context))
+  for (const SolidCurve& line : radialLines(map, lines, innermost, kLineTolerance * diagonal, context))
     append(tubeAround(line.solid, 0.5 * options.lineWidth * diagonal), tubes.mesh);
   objects.push_back(std::move(tubes));
   return objects;

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "polestar/map/ball_map.h"
+#include "polestar/map/volume_map.h"
 #include "polestar/render/render_solid.h"
 
 namespace polestar {
@@ -19,8 +19,10 @@ struct IsoObjectOptions {
 };
 
 /// A shell for each level, colored from the hot pole outward, and the field lines as one object that no plane
-/// cuts: where the solid is cut away, they show where it was.
-std::vector<StageObject> isoObjects(const BallMap& map, const IsoObjectOptions& options,
+/// cuts: where the solid is cut away, they show where it was. `surface`: of the body that `map` takes to the
+/// ball, mesh units; `directions`: where its vertices go on the sphere.
+std::vector<StageObject> isoObjects(const VolumeMap& map, const TriMesh& surface,
+                                    std::span<const Vec3> directions, const IsoObjectOptions& options,
                                     Context& context = Context::quiet());
 
 /// A tube of a radius around a polyline, round at both ends; closed. Corners are mitred.

@@ -32,6 +32,15 @@ void validateCuts(const RenderOptions& options) {
 
 }  // namespace
 
+std::vector<Vec3> cornersOf(const Box& box) {
+  std::vector<Vec3> corners;
+  for (int c = 0; c < 8; ++c) {
+    corners.emplace_back((c & 1 ? box.max : box.min)[0], (c & 2 ? box.max : box.min)[1],
+                         (c & 4 ? box.max : box.min)[2]);
+  }
+  return corners;
+}
+
 void RenderOptions::validate() const {
   require(width >= 1 && height >= 1 && width <= 32768 && height <= 32768,
           "width and height must be 1 to 32768 pixels");
@@ -106,15 +115,10 @@ struct SolidRenderer::Data {
   }
 
   std::vector<Vec3> framedPoints() const {
-    if (!options.framed) return outline;
-    std::vector<Vec3> corners;
-    for (int c = 0; c < 8; ++c) {
-      const Vec3 corner((c & 1 ? options.framed->max : options.framed->min)[0],
-                        (c & 2 ? options.framed->max : options.framed->min)[1],
-                        (c & 4 ? options.framed->max : options.framed->min)[2]);
-      corners.push_back(frame.toRender(corner));
-    }
-    return corners;
+    if (options.framed.empty()) return outline;
+    std::vector<Vec3> points;
+    for (const Vec3& p : options.framed) points.push_back(frame.toRender(p));
+    return points;
   }
 
   std::vector<Vec3> shownPoints() const {

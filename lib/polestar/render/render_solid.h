@@ -68,14 +68,17 @@ struct RenderOptions {
   bool aovs = false;             ///< fill Picture::channels, see SolidRenderer
   /// Angles (radians) of a turntable: the solid fits the frame at each of them, in the same frame.
   std::vector<double> turns;
-  /// What fills the frame, mesh units; nothing: the solid itself. For sequences, whose frames have to agree.
-  std::optional<Box> framed;
+  /// What fills the frame, mesh units; none: the solid itself. For pictures whose frames have to agree.
+  std::vector<Vec3> framed;
   /// The solid is its skin alone: cuts lay open its inner side.
   bool hollow = false;
   std::vector<StageObject> objects;
 
   void validate() const;  ///< @throws Error{Errc::usage}
 };
+
+/// Its eight corners: a box as RenderOptions::framed.
+std::vector<Vec3> cornersOf(const Box& box);
 
 struct Rendering {
   Picture picture;
