@@ -126,17 +126,16 @@ Json ours(const Pair& pair, const MorphComplex& complex, PathKind kind, const Le
     const FrameProof proof = proveFrame(complex, frame.pose);
     surfaceSeconds += watch.lap().cpu;
     SolidGrids grids = morphGrids(complex, frame, {}, {.grids = {.voxelSize = voxel, .padding = kPadding}});
-    const FilteredGrids filtered = filterCells(grids);
-    const CellQuality cells = judgeVoxelCells(grids);
+    const MendedVoxels mended = mendVoxels(grids);
     seconds += watch.lap().cpu;
     surface = surfaceOf(complex, frame.pose);
     row["frames"].push_back(frameOf(timeOf(i, options), surface, proof.volume, proof.crossings));
     Json& told = row["frames"].back();
-    told["holds"] = proof.holds() && cells.invertedDeep == 0;
+    told["holds"] = proof.holds() && mended.cells.invertedDeep == 0;
     told["mended"] = frame.mending.moved;
     told["inverted_before"] = frame.mending.badBefore;
     told["inverted"] = proof.cells.bad();
-    told["filtered"] = filtered.voxels;
+    told["filtered"] = mended.voxels;
   }
   row["off_last_voxels"] = offLast(levelSets, surface, voxel);
   row["seconds_surface"] = surfaceSeconds / options.frames;
