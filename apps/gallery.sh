@@ -130,17 +130,17 @@ figures() {
   sheet "$folder/polycube-way.jpg" 1920x384 1 "$folder/figure-3.png"
   sheet "$folder/polycube.jpg" 1920x360 1 "$folder/figure-4.png"
 
-  # Figure 6: the star turns into the head, and what is inside goes along.
+  # Figure 6: the pig turns into the head, and what is inside goes along.
   local row
   for row in soccer watermelon; do
-    "$polestar" morph "$folder/maps/smooth_star.pmap" "$folder/maps/head.pmap" --frames 1-5 --dim 224 --texture "$row" \
+    "$polestar" morph "$root/volumes/pig.ply" "$root/volumes/head.ply" --frames 1-5 --dim 224 --texture "$row" \
       -o "$folder/figure-6-$row-####.vdb" --half --overwrite -q >/dev/null
     view=(--cut none)
-    [[ $row == soccer ]] || view=(--cut 1,0,0,0 --cut 0,-0.15,1,0 --cut 0,-1,0,-0.4)
-    "$polestar" render "$folder/figure-6-$row-####.vdb" -o "$folder/figure-6-$row-####.png" --frames 1-5 --size "$size" \
-      --samples "$samples" --view=-0.55,0.8,-0.35 --overwrite -q "${view[@]}" >/dev/null
+    [[ $row == soccer ]] || view=(--cut 1,0,0,0)
+    "$polestar" render "$folder/figure-6-$row-####.vdb" -o "$folder/figure-6-$row-####.png" --frames 1-5 --size 400x420 \
+      --samples "$samples" --view=-0.9,0.35,-0.3 --overwrite -q "${view[@]}" >/dev/null
   done
-  sheet "$folder/morph.jpg" 384x288 5 "$folder"/figure-6-soccer-000{1,2,3,4,5}.png "$folder"/figure-6-watermelon-000{1,2,3,4,5}.png
+  sheet "$folder/morph.jpg" 384x403 5 "$folder"/figure-6-soccer-000{1,2,3,4,5}.png "$folder"/figure-6-watermelon-000{1,2,3,4,5}.png
 
   # Figure 7: a texture that was made in one body, a .vdb, goes into others.
   local texture=$folder/kiwi-in-fruit.vdb shape
