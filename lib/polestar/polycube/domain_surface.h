@@ -6,7 +6,8 @@
 namespace polestar {
 
 /// Polycube::surface() with 2 divisions, then triangles beside reentrant edges halved `rounds` times: field
-/// lines fan out from there, and the table of a map has nothing but lines. Domain frame.
+/// lines fan out from there, and the table of a map has nothing but lines. Those at corners where reentrant
+/// edges of several directions meet are halved four times more, where rho |G| is largest. Domain frame.
 TriMesh domainSurface(const Polycube& polycube, int rounds = 6);
 
 }  // namespace polestar
