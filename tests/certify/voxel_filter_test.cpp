@@ -5,28 +5,14 @@
 #include <Eigen/LU>
 
 #include <cmath>
-#include <functional>
+
+#include "voxel_lattice.h"
 
 namespace polestar {
 namespace {
 
-constexpr int kSize = 24;
-
-struct Lattice {
-  std::vector<Vec3f> rest;
-  std::vector<float> distance = std::vector<float>(kSize * kSize * kSize, -100.0F);
-  std::vector<std::uint8_t> active = std::vector<std::uint8_t>(kSize * kSize * kSize, 1);
-
-  explicit Lattice(const std::function<Vec3(const Vec3&)>& map) {
-    for (int i = 0; i < kSize; ++i) {
-      for (int j = 0; j < kSize; ++j) {
-        for (int k = 0; k < kSize; ++k)
-          rest.push_back(map(Vec3(i, j, k) - Vec3::Constant(0.5 * (kSize - 1))).cast<float>());
-      }
-    }
-  }
-  VoxelBlock block() const { return {kSize, rest, distance, active, 1}; }
-};
+using testing::kSize;
+using testing::Lattice;
 
 // Far from the origin, where radii hardly differ from x: so that only directions matter.
 Vec3 far(double y, double z, double x) { return {10 + 0.1 * x, 0.1 * y, 0.1 * z}; }

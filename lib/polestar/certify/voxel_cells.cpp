@@ -200,4 +200,16 @@ std::vector<std::array<int, 3>> deepInvertedCells(const VoxelBlock& block) {
   return found;
 }
 
+MendedBlock mendedBlock(const VoxelBlock& before, std::vector<Vec3f> rest) {
+  MendedBlock result;
+  for (std::size_t i = 0; i < rest.size(); ++i) {
+    if (rest[i] == before.rest[i]) continue;
+    result.moved.push_back(i);
+    result.largestMove =
+        std::max(result.largestMove, (rest[i].cast<double>() - before.rest[i].cast<double>()).norm());
+  }
+  result.rest = std::move(rest);
+  return result;
+}
+
 }  // namespace polestar

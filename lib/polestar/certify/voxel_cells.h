@@ -55,5 +55,7 @@ struct MendedBlock {
   std::vector<std::size_t> moved;  ///< samples that changed, ascending
   double largestMove = 0;          ///< in the units of `rest`
 };
+/// `rest`: what the samples are now.
+MendedBlock mendedBlock(const VoxelBlock& before, std::vector<Vec3f> rest);
 
 }  // namespace polestar

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace polestar {
 namespace {
@@ -28,16 +29,8 @@ class Filter {
         done = now.invertedDeep == 0;
       }
     }
-    MendedBlock result;
     if (!done) rest_.assign(block_.rest.begin(), block_.rest.end());
-    for (std::size_t i = 0; i < rest_.size(); ++i) {
-      if (rest_[i] == block_.rest[i]) continue;
-      result.moved.push_back(i);
-      result.largestMove =
-          std::max(result.largestMove, (rest_[i].cast<double>() - block_.rest[i].cast<double>()).norm());
-    }
-    result.rest = std::move(rest_);
-    return result;
+    return mendedBlock(block_, std::move(rest_));
   }
 
  private:

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <unordered_map>
+#include <utility>
 
 #include "polestar/core/detail/untangle_tets.h"
 
@@ -84,15 +85,7 @@ class Untangling {
         }
       }
     }
-    MendedBlock result;
-    for (std::size_t i = 0; i < rest_.size(); ++i) {
-      if (rest_[i] == block_.rest[i]) continue;
-      result.moved.push_back(i);
-      result.largestMove =
-          std::max(result.largestMove, (rest_[i].cast<double>() - block_.rest[i].cast<double>()).norm());
-    }
-    result.rest = std::move(rest_);
-    return result;
+    return mendedBlock(block_, std::move(rest_));
   }
 
  private:
